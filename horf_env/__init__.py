@@ -1,0 +1,1 @@
+"""Whole-body motion of a mobile manipulator as a Gymnasium environment."""

@@ -1,0 +1,62 @@
+"""Errors of this package: each names the thing that is wrong, what was expected and the cure."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class HorfEnvError(Exception):
+    """Root of all errors that `horf_env` raises on purpose."""
+
+
+class UnknownNameError(HorfEnvError, ValueError):
+    """A name that is not among the valid ones.
+
+    Attributes:
+        kind: What the name stands for ("scene", "action layer", ...).
+        name: The name that was given.
+        valid: All valid names, sorted.
+        nearest: The valid name closest in spelling, or None.
+    """
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = name
+        self.valid = sorted(valid)
+        close = difflib.get_close_matches(name, self.valid, n=1, cutoff=0.4)
+        self.nearest = close[0] if close else None
+        hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        super().__init__(f"unknown {kind} {name!r}{hint} Valid: {', '.join(self.valid)}.")
+
+
+class MissingAssetError(HorfEnvError, FileNotFoundError):
+    """A mesh or data file that the package needs is not on this machine.
+
+    Attributes:
+        path: What was looked for.
+    """
+
+    def __init__(self, path: str, cure: str) -> None:
+        self.path = path
+        super().__init__(f"missing {path}: {cure}")
+
+
+class SceneFileError(HorfEnvError, ValueError):
+    """A scene file that cannot be used.
+
+    Attributes:
+        source: File (or other origin) of the scene.
+        field: Path of the offending field, as "boxes[3].half_extents".
+        expected: What the field should hold.
+    """
+
+    def __init__(self, source: str, field: str, expected: str) -> None:
+        self.source = source
+        self.field = field
+        self.expected = expected
+        super().__init__(f"{source}: field {field!r}: expected {expected}")
+
+
+class InvalidActionError(HorfEnvError, ValueError):
+    """An action of the wrong shape or with a non-finite number; nothing has moved."""

@@ -1,0 +1,131 @@
+"""Kinematics of the mobile manipulator, computed by Pinocchio."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from horf_env.robot.bodies import BODIES
+from horf_env.robot.configuration import velocity_map
+from horf_env.robot.description import urdf_text
+from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
+
+_EE_FRAME = "hand_tcp"
+
+# Which velocities move which body: the base has two, each further link one more; shape (9, 9).
+_MOVES = np.tri(len(BODIES), N_VELOCITIES, k=1)
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """A configuration with everything that follows from it: forward kinematics has been run.
+
+    Attributes:
+        configuration: Shape (10,), m and rad.
+        link_poses: T_world_body of the nine bodies, shape (9, 4, 4).
+        body_jacobians: Per body (linear; angular) velocity in world axes, taken at the origin of
+            the body's frame, for each velocity; shape (9, 6, 9).
+        T_world_ee: Pose of the end effector (between the finger tips), shape (4, 4).
+        ee_jacobian: EE twist in the axes of the base for each velocity, shape (6, 9).
+    """
+
+    configuration: FloatArray
+    link_poses: FloatArray
+    body_jacobians: FloatArray
+    T_world_ee: FloatArray
+    ee_jacobian: FloatArray
+
+    @property
+    def T_world_base(self) -> FloatArray:
+        """Pose of the base, shape (4, 4)."""
+        return self.link_poses[0]
+
+
+class MobileManipulator:
+    """Omron LD-60 with a Franka Panda: poses and Jacobians.
+
+    Not thread-safe: Pinocchio's work space is reused.
+    """
+
+    link_names: tuple[str, ...] = tuple(body.frame for body in BODIES)
+
+    def __init__(self, urdf: str) -> None:
+        """Build the model.
+
+        Args:
+            urdf: Text of a URDF whose joints are x, y, theta of the base and seven arm joints.
+        """
+        self._model = pin.buildModelFromXML(urdf)
+        self._data = self._model.createData()
+        self._body_ids = [self._model.getFrameId(name) for name in self.link_names]
+        self._ee_id = self._model.getFrameId(_EE_FRAME)
+
+    @classmethod
+    def load(cls) -> MobileManipulator:
+        """The robot of this package.
+
+        Raises:
+            MissingAssetError: If the Panda's meshes are not installed.
+        """
+        return cls(urdf_text())
+
+    def state(self, configuration: FloatArray) -> RobotState:
+        """Run forward kinematics and all Jacobians once.
+
+        Args:
+            configuration: Shape (10,), m and rad.
+
+        Raises:
+            ValueError: If the configuration has another shape.
+        """
+        q = np.array(configuration, dtype=float)
+        if q.shape != (N_CONFIGURATION,):
+            raise ValueError(f"configuration: expected shape (10,), got {q.shape}")
+        q.setflags(write=False)
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateFramePlacements(self._model, self._data)
+        poses = np.array([self._data.oMf[k].homogeneous for k in self._body_ids])
+        T_ee = self._data.oMf[self._ee_id].homogeneous
+        # Columns of data.J are (linear; angular) velocities at the origin of the world.
+        J_world = self._data.J @ velocity_map(q[2])
+        R_base = poses[0, :3, :3]
+        J_ee = _shift(J_world, T_ee[None, :3, 3])[0]
+        ee_jacobian = np.vstack([R_base.T @ J_ee[:3], R_base.T @ J_ee[3:]])
+        jacobians = _shift(J_world, poses[:, :3, 3]) * _MOVES[:, None, :]
+        return RobotState(q, poses, jacobians, T_ee, ee_jacobian)
+
+    def link_poses(self, configuration: FloatArray) -> FloatArray:
+        """Poses T_world_body of the nine bodies, shape (9, 4, 4)."""
+        return self.state(configuration).link_poses
+
+    def ee_pose(self, configuration: FloatArray) -> FloatArray:
+        """Pose T_world_ee of the end effector, shape (4, 4)."""
+        return self.state(configuration).T_world_ee
+
+    def ee_jacobian(self, configuration: FloatArray) -> FloatArray:
+        """EE twist (in base axes) for each velocity, shape (6, 9)."""
+        return self.state(configuration).ee_jacobian
+
+
+def point_jacobian(state: RobotState, body: int, point: FloatArray) -> FloatArray:
+    """Velocity of the body-fixed point that is at `point` now.
+
+    Args:
+        state: State of the robot.
+        body: Index of the body, 0 to 8.
+        point: Point in the world, shape (3,), m.
+
+    Returns:
+        Shape (3, 9): linear velocity in world axes for each velocity.
+    """
+    arm = point - state.link_poses[body, :3, 3]
+    return _shift(state.body_jacobians[body], arm[None])[0, :3]
+
+
+def _shift(J: FloatArray, arms: FloatArray) -> FloatArray:
+    """Move the reference point of a Jacobian (6, n) by each of the arms (m, 3): (m, 6, n)."""
+    shifted = np.repeat(J[None], len(arms), axis=0)
+    shifted[:, :3] += np.cross(J[3:].T[None], arms[:, None]).transpose(0, 2, 1)
+    return shifted
