@@ -27,6 +27,7 @@ class RobotState:
         link_poses: T_world_body of the nine bodies, shape (9, 4, 4).
         body_jacobians: Per body (linear; angular) velocity in world axes, taken at the origin of
             the body's frame, for each velocity; shape (9, 6, 9).
+        T_world_base: Pose of the base, shape (4, 4).
         T_world_ee: Pose of the end effector (between the finger tips), shape (4, 4).
         ee_jacobian: EE twist in the axes of the base for each velocity, shape (6, 9).
     """
@@ -34,13 +35,9 @@ class RobotState:
     configuration: FloatArray
     link_poses: FloatArray
     body_jacobians: FloatArray
+    T_world_base: FloatArray
     T_world_ee: FloatArray
     ee_jacobian: FloatArray
-
-    @property
-    def T_world_base(self) -> FloatArray:
-        """Pose of the base, shape (4, 4)."""
-        return self.link_poses[0]
 
 
 class MobileManipulator:
@@ -94,7 +91,7 @@ class MobileManipulator:
         J_ee = _shift(J_world, T_ee[None, :3, 3])[0]
         ee_jacobian = np.vstack([R_base.T @ J_ee[:3], R_base.T @ J_ee[3:]])
         jacobians = _shift(J_world, poses[:, :3, 3]) * _MOVES[:, None, :]
-        return RobotState(q, poses, jacobians, T_ee, ee_jacobian)
+        return RobotState(q, poses, jacobians, poses[0], T_ee, ee_jacobian)
 
     def link_poses(self, configuration: FloatArray) -> FloatArray:
         """Poses T_world_body of the nine bodies, shape (9, 4, 4)."""

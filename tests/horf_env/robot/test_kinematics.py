@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from horf_env.robot import ARM_READY, LIMITS, MobileManipulator, integrate, point_jacobian
+from horf_env.robot import ARM_READY, LIMITS, integrate, point_jacobian
 from horf_env.robot.manipulability import manipulability, manipulability_gradient
 
 STEP = 1e-6
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return MobileManipulator.load()
 
 
 def random_configurations(n, seed=0):

@@ -1,0 +1,275 @@
+"""Compiled search for the cloud points that matter to each body: nearest, and most critical.
+
+For each body: bound the distance of every point from below (bounding box) and from both sides
+(fields), evaluate exactly only what can be the nearest, then pick further witness points in the
+order of what is left of their distance after braking, well apart from each other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from horf_env.sdf.convex import convex_distance
+from horf_env.types import FloatArray, IntArray
+
+
+@njit(cache=True)
+def exact_distance(
+    point: FloatArray,
+    planes: FloatArray,
+    triangles: FloatArray,
+    spheres: FloatArray,
+    part_start: IntArray,
+    first: int,
+    last: int,
+    normal: FloatArray,
+) -> float:
+    """Distance of a point to a union of convex parts `first` to `last` - 1, exact outside.
+
+    Inside, it is the distance to the surface of the part in which the point is deepest.
+    """
+    best = np.inf
+    part_normal = np.empty(3)
+    for part in range(first, last):
+        distance = convex_distance(
+            point, planes, triangles, spheres, part_start[part], part_start[part + 1], part_normal
+        )
+        if distance < best:
+            best = distance
+            normal[:] = part_normal
+    return best
+
+
+@njit(cache=True)
+def _interpolate(
+    point: FloatArray,
+    part: int,
+    level: int,
+    values: FloatArray,
+    origins: FloatArray,
+    cells: FloatArray,
+) -> float:
+    """Trilinear value of one grid; inf outside of it: grids are never extrapolated."""
+    top = values.shape[2] - 1
+    x = (point[0] - origins[part, level, 0]) / cells[part, level, 0]
+    y = (point[1] - origins[part, level, 1]) / cells[part, level, 1]
+    z = (point[2] - origins[part, level, 2]) / cells[part, level, 2]
+    if not (0.0 <= x < top and 0.0 <= y < top and 0.0 <= z < top):
+        return np.inf
+    i, j, k = int(x), int(y), int(z)
+    x, y, z = x - i, y - j, z - k
+    near = (values[part, level, i, j, k] * (1 - z) + values[part, level, i, j, k + 1] * z) * (
+        1 - y
+    ) + (values[part, level, i, j + 1, k] * (1 - z) + values[part, level, i, j + 1, k + 1] * z) * y
+    far = (
+        values[part, level, i + 1, j, k] * (1 - z) + values[part, level, i + 1, j, k + 1] * z
+    ) * (1 - y) + (
+        values[part, level, i + 1, j + 1, k] * (1 - z)
+        + values[part, level, i + 1, j + 1, k + 1] * z
+    ) * y
+    return near * (1 - x) + far * x
+
+
+@njit(cache=True)
+def _bounds(
+    point: FloatArray,
+    first: int,
+    last: int,
+    low: float,
+    high: float,
+    values: FloatArray,
+    origins: FloatArray,
+    cells: FloatArray,
+) -> tuple[float, float]:
+    """Tighten the bounds of the distance to a body by its fields, where they reach [m]."""
+    lower, upper = np.inf, np.inf
+    for part in range(first, last):
+        level = 0
+        value = _interpolate(point, part, 0, values, origins, cells)
+        if value == np.inf:
+            level = 1
+            value = _interpolate(point, part, 1, values, origins, cells)
+        if value == np.inf:
+            return low, high
+        slack = 0.5 * np.sqrt((cells[part, level] ** 2).sum())
+        lower, upper = min(lower, value - slack), min(upper, value)
+    return max(lower, low), upper
+
+
+@njit(cache=True)
+def _beyond(x: float, lower: float, upper: float) -> float:
+    """Signed distance of a coordinate from an interval, 0 inside."""
+    return x - min(max(x, lower), upper)
+
+
+@njit(cache=True)
+def _stopping_distance(approach: float, braking: float) -> float:
+    """Way that a body goes towards a point while it brakes [m]."""
+    return max(approach, 0.0) ** 2 / (2.0 * braking)
+
+
+@njit(cache=True)
+def find_witnesses(
+    points: FloatArray,
+    poses: FloatArray,
+    twists: FloatArray,
+    planes: FloatArray,
+    triangles: FloatArray,
+    spheres: FloatArray,
+    part_start: IntArray,
+    body_start: IntArray,
+    boxes: FloatArray,
+    values: FloatArray,
+    origins: FloatArray,
+    cells: FloatArray,
+    field_reach: float,
+    cutoff: float,
+    spacing: float,
+    braking: float,
+    distances: FloatArray,
+    indices: IntArray,
+    normals: FloatArray,
+) -> None:
+    """Fill the witness points of all bodies; places without a point keep inf, -1 and 0.
+
+    Args:
+        points: Cloud in the world, shape (N, 3), m.
+        poses: T_world_body, shape (B, 4, 4).
+        twists: Velocity of each body (linear; angular) in its own frame, shape (B, 6).
+        planes: See `BodyGeometry`.
+        triangles: See `BodyGeometry`.
+        spheres: See `BodyGeometry`.
+        part_start: See `BodyGeometry`.
+        body_start: See `BodyGeometry`.
+        boxes: See `BodyGeometry`.
+        values: See `Fields`.
+        origins: See `Fields`.
+        cells: See `Fields`.
+        field_reach: Padding of the widest fields; bounding boxes alone serve beyond it [m].
+        cutoff: Points farther than this from a body are left out [m].
+        spacing: Least distance between two witness points of a body [m].
+        braking: Deceleration behind the order of the witness points [m/s^2]; inf for none.
+        distances: Written, shape (B, K), m; the nearest first.
+        indices: Written, index into the cloud, shape (B, K).
+        normals: Written, gradient of the distance with respect to the point, world axes (B, K, 3).
+    """
+    n, count = len(points), distances.shape[1]
+    local, normal = np.empty((n, 3)), np.empty(3)
+    near, lower, key = np.empty(n, np.int64), np.empty(n), np.empty(n)
+    for b in range(len(poses)):
+        R, t, box = poses[b, :3, :3], poses[b, :3, 3], boxes[b]
+        diagonal = np.sqrt(((box[1] - box[0]) ** 2).sum())
+        first, last = body_start[b], body_start[b + 1]
+        found, best_upper, chosen, least = 0, np.inf, -1, np.inf
+        v, w = twists[b, :3], twists[b, 3:]
+        for i in range(n):
+            # Scalars throughout: an array view for each point would cost more than the arithmetic.
+            dx, dy, dz = points[i, 0] - t[0], points[i, 1] - t[1], points[i, 2] - t[2]
+            x = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
+            y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
+            z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
+            ox = _beyond(x, box[0, 0], box[1, 0])
+            oy = _beyond(y, box[0, 1], box[1, 1])
+            oz = _beyond(z, box[0, 2], box[1, 2])
+            length = np.sqrt(ox * ox + oy * oy + oz * oz)
+            if length > cutoff:
+                continue
+            local[found, 0], local[found, 1], local[found, 2], near[found] = x, y, z, i
+            low, high = (length if length > 0.0 else -np.inf), length + diagonal
+            if length < field_reach:
+                low, high = _bounds(local[found], first, last, low, high, values, origins, cells)
+            if high < best_upper:
+                best_upper, chosen = high, found
+            approach = 0.0
+            if length > 0.0:
+                vx = v[0] + w[1] * z - w[2] * y
+                vy = v[1] + w[2] * x - w[0] * z
+                vz = v[2] + w[0] * y - w[1] * x
+                approach = (vx * ox + vy * oy + vz * oz) / length
+            lower[found], key[found] = low, low - _stopping_distance(approach, braking)
+            found += 1
+        if chosen >= 0:
+            least = exact_distance(
+                local[chosen], planes, triangles, spheres, part_start, first, last, normal
+            )
+        for m in range(found):
+            if lower[m] >= least:
+                continue
+            distance = exact_distance(
+                local[m], planes, triangles, spheres, part_start, first, last, normal
+            )
+            if distance < least:
+                least, chosen = distance, m
+        for k in range(count):
+            if k > 0:
+                chosen = -1
+                lowest = np.inf
+                for m in range(found):
+                    if key[m] < lowest:
+                        lowest, chosen = key[m], m
+            if chosen < 0:
+                break
+            distances[b, k] = exact_distance(
+                local[chosen], planes, triangles, spheres, part_start, first, last, normal
+            )
+            indices[b, k] = near[chosen]
+            for j in range(3):
+                normals[b, k, j] = R[j, 0] * normal[0] + R[j, 1] * normal[1] + R[j, 2] * normal[2]
+            if k + 1 < count:
+                _strike_out(local, key, found, chosen, spacing)
+
+
+@njit(cache=True)
+def _strike_out(
+    local: FloatArray, key: FloatArray, found: int, chosen: int, spacing: float
+) -> None:
+    """Take the chosen point and all within the spacing around it out of the running."""
+    x, y, z = local[chosen, 0], local[chosen, 1], local[chosen, 2]
+    for m in range(found):
+        dx, dy, dz = local[m, 0] - x, local[m, 1] - y, local[m, 2] - z
+        if dx * dx + dy * dy + dz * dz < spacing * spacing:
+            key[m] = np.inf
+    key[chosen] = np.inf
+
+
+@njit(cache=True)
+def within(
+    points: FloatArray,
+    poses: FloatArray,
+    planes: FloatArray,
+    triangles: FloatArray,
+    spheres: FloatArray,
+    part_start: IntArray,
+    body_start: IntArray,
+    boxes: FloatArray,
+    tolerance: float,
+    inside: np.ndarray,
+) -> None:
+    """Mark the points that are nearer than the tolerance [m] to any body."""
+    local, normal = np.empty(3), np.empty(3)
+    for i in range(len(points)):
+        inside[i] = False
+        for b in range(len(poses)):
+            dx = points[i, 0] - poses[b, 0, 3]
+            dy = points[i, 1] - poses[b, 1, 3]
+            dz = points[i, 2] - poses[b, 2, 3]
+            outside = 0.0
+            for j in range(3):
+                local[j] = poses[b, 0, j] * dx + poses[b, 1, j] * dy + poses[b, 2, j] * dz
+                outside += _beyond(local[j], boxes[b, 0, j], boxes[b, 1, j]) ** 2
+            if outside > tolerance * tolerance:
+                continue
+            distance = exact_distance(
+                local,
+                planes,
+                triangles,
+                spheres,
+                part_start,
+                body_start[b],
+                body_start[b + 1],
+                normal,
+            )
+            if distance < tolerance:
+                inside[i] = True
+                break

@@ -1,0 +1,135 @@
+"""Distances and gradients against libigl's brute force and central differences."""
+
+import igl
+import numpy as np
+import pytest
+
+from horf_env.errors import UnknownNameError
+from horf_env.robot import ARM_READY, LIMITS, collision_parts, integrate
+from horf_env.sdf import RobotSdf
+
+QR = np.concatenate([[0.4, -0.3, 0.7], ARM_READY])
+
+
+def random_configuration(rng):
+    limits = LIMITS["ld60"]
+    return np.concatenate(
+        [rng.uniform(-1, 1, 3), rng.uniform(limits.arm_lower, limits.arm_upper)]
+    )
+
+
+def clutter(rng, n=1500):
+    return rng.uniform([-2, -2, 0.05], [2, 2, 1.6], (n, 3))
+
+
+@pytest.mark.parametrize("body", range(9))
+def test_hull_distance_equals_brute_force(sdf, body):
+    rng = np.random.default_rng(body)
+    parts = collision_parts()[body]
+    corners = np.concatenate([part.vertices for part in parts])
+    points = rng.uniform(corners.min(axis=0) - 0.3, corners.max(axis=0) + 0.3, (2000, 3))
+    signed = []
+    for part in parts:
+        squared, _, _ = igl.point_mesh_squared_distance(points, part.vertices, part.faces)
+        inside = igl.fast_winding_number(part.vertices, part.faces, points) > 0.5
+        signed.append(np.where(inside, -1, 1) * np.sqrt(squared))
+    np.testing.assert_allclose(
+        sdf.link_distance(body, points), np.min(signed, axis=0), atol=1e-9
+    )
+
+
+def test_query_finds_the_nearest_point_of_each_body(robot, sdf):
+    rng = np.random.default_rng(0)
+    for scale in (0.3, 1.0, 5.0):  # dense around the robot, and far beyond the fields
+        q, points = random_configuration(rng), clutter(rng) * scale
+        found = sdf.query(points, q)
+        for body, T in enumerate(robot.link_poses(q)):
+            distances = sdf.link_distance(body, (points - T[:3, 3]) @ T[:3, :3])
+            assert found.distance[body] == pytest.approx(distances.min(), abs=1e-12)
+            assert distances[found.point_index[body]] == pytest.approx(distances.min(), abs=1e-12)
+
+
+def test_gradient_matches_central_differences(sdf):
+    rng = np.random.default_rng(1)
+    step = 1e-6
+    for _ in range(5):
+        q, points = random_configuration(rng), clutter(rng, 300)
+        found = sdf.query(points, q)
+        for body in range(9):
+            own = points[found.point_index[body]][None]  # one point: no switch within the step
+            numeric = [
+                (
+                    sdf.query(own, integrate(q, e, step)).distance[body]
+                    - sdf.query(own, integrate(q, -e, step)).distance[body]
+                )
+                / (2 * step)
+                for e in np.eye(9)
+            ]
+            np.testing.assert_allclose(found.gradient[body], numeric, atol=1e-5)
+
+
+def test_witnesses_keep_their_distance_and_begin_with_the_nearest(robot, sdf):
+    rng = np.random.default_rng(2)
+    points, state = clutter(rng, 4000), robot.state(QR)
+    found = sdf.witnesses(points, state, count=8, spacing=0.12, cutoff=0.5)
+    nearest = sdf.query(points, QR)
+    np.testing.assert_array_equal(found.index[:, 0], nearest.point_index)
+    for body in range(9):
+        chosen = found.point[body][np.isfinite(found.distance[body])]
+        assert len(chosen) == 8
+        gaps = np.linalg.norm(chosen[:, None] - chosen[None], axis=2) + np.eye(len(chosen))
+        assert gaps.min() >= 0.12
+        assert np.nanmax(found.distance[body]) <= 0.5 + 0.2  # the box is within the hull's slack
+
+
+def test_a_fast_approach_puts_the_point_ahead_before_a_nearer_one_aside(robot, sdf):
+    q = np.concatenate([np.zeros(3), ARM_READY])
+    aside = [np.array([x, 0.75, 0.2]) for x in np.linspace(-0.3, 0.3, 4)]
+    ahead = np.array([1.6, 0.0, 0.2])
+    points, state = np.array([*aside, ahead]), robot.state(q)
+    options = {"count": 2, "spacing": 0.1, "cutoff": 3.0, "braking": 1.0}
+    at_rest = sdf.witnesses(points, state, **options)
+    fast = sdf.witnesses(points, state, velocity=np.eye(9)[0] * 1.8, **options)
+    assert at_rest.index[0, 1] != 4
+    assert fast.index[0, 1] == 4
+
+
+def test_an_empty_cloud_means_no_witness(sdf):
+    found = sdf.query(np.zeros((0, 3)), QR)
+    assert np.isinf(found.distance).all()
+    assert (found.point_index == -1).all()
+    assert not found.gradient.any()
+
+
+def test_floor_heights_are_those_of_the_lowest_corners(robot, sdf):
+    found = sdf.floor_witnesses(robot.state(QR))
+    parts = collision_parts()
+    for body, T in enumerate(robot.link_poses(QR)):
+        corners = np.concatenate([part.vertices for part in parts[body]]) @ T[:3, :3].T + T[:3, 3]
+        expected = np.inf if body == 0 else corners[:, 2].min()
+        assert found.distance[body, 0] == pytest.approx(expected)
+    step = 1e-6
+    for e in np.eye(9):
+        plus = sdf.floor_witnesses(robot.state(integrate(QR, e, step))).distance[1:, 0]
+        minus = sdf.floor_witnesses(robot.state(integrate(QR, -e, step))).distance[1:, 0]
+        np.testing.assert_allclose(
+            found.gradient[1:, 0] @ e, (plus - minus) / (2 * step), atol=1e-4
+        )
+
+
+def test_own_arm_is_told_from_the_world(robot, sdf):
+    state = robot.state(QR)
+    corners = collision_parts()[5][0].vertices @ state.link_poses[5, :3, :3].T
+    on_surface = corners + state.link_poses[5, :3, 3]
+    beside = on_surface + np.array([0.0, 0.0, 3.0])
+    assert sdf.on_arm(on_surface, state, 0.005).all()
+    assert not sdf.on_arm(beside, state, 0.005).any()
+
+
+def test_bad_clouds_and_geometries_are_refused(robot, sdf):
+    with pytest.raises(ValueError, match="finite"):
+        sdf.query(np.full((2, 3), np.nan), QR)
+    with pytest.raises(ValueError, match=r"\(N, 3\)"):
+        sdf.query(np.zeros(3), QR)
+    with pytest.raises(UnknownNameError, match="did you mean 'hull'"):
+        RobotSdf.load(robot, "hul")
