@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import trimesh
 
 from horf_env.errors import UnknownNameError
 from horf_env.robot import MobileManipulator, RobotState, collision_parts
@@ -20,6 +21,8 @@ from horf_env.types import FloatArray, IntArray
 _LOG = logging.getLogger(__name__)
 _GEOMETRIES = ("hull",)
 _FIRST_ARM_BODY = 1
+_FIRST_FREE_BODY = 3  # the first body of the arm that can touch the base
+_BASE_SAMPLING = 0.05  # m between points on the base: 6 mm too far at most at 5 cm distance
 _NO_BRAKING = np.inf
 
 
@@ -66,6 +69,7 @@ class RobotSdf:
         g = geometry
         self._shape = (g.planes, g.triangles, g.spheres, g.part_start, g.body_start)
         self._fields = (fields.values, fields.origins, fields.cells)
+        self._base_surface = _surface_points(geometry, _BASE_SAMPLING)
 
     @classmethod
     def load(
@@ -198,6 +202,24 @@ class RobotSdf:
         index = np.full((n_bodies, 1), -1, dtype=np.int64)
         return Witnesses(distance, normal, gradient, point, index)
 
+    def own_base_witnesses(self, state: RobotState, *, cutoff: float) -> Witnesses:
+        """Nearest point of the robot's own base for each body of the arm, one point a body.
+
+        The points ride on the base, so only the arm's joints change the distances. Links 1 and 2
+        are mounted on the base and cannot reach it.
+
+        Args:
+            state: State of the robot.
+            cutoff: Points farther than this from a body are left out [m].
+        """
+        T = state.T_world_base
+        points = self._base_surface @ T[:3, :3].T + T[:3, 3]
+        found = self.witnesses(points, state, count=1, spacing=0.0, cutoff=cutoff)
+        found.gradient[:, :, :2] = 0.0
+        found.distance[:_FIRST_FREE_BODY] = np.inf
+        found.gradient[:_FIRST_FREE_BODY] = 0.0
+        return found
+
     def on_arm(self, points: FloatArray, state: RobotState, tolerance: float) -> np.ndarray:
         """Which points lie on the robot's own arm.
 
@@ -223,6 +245,15 @@ class RobotSdf:
             inside,
         )
         return inside
+
+
+def _surface_points(geometry: BodyGeometry, spacing: float) -> FloatArray:
+    """Points on the surface of the base, shape (N, 3), frame of the base."""
+    base = geometry.triangles[: geometry.part_start[geometry.body_start[1]]]
+    corners = base.reshape(-1, 3)
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    points, _ = trimesh.remesh.subdivide_to_size(corners, faces, max_edge=spacing)
+    return np.unique(np.round(points, 6), axis=0)
 
 
 def distance_gradient(

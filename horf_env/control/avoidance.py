@@ -1,0 +1,104 @@
+"""Avoidance rows: how fast a body may come closer to a witness point (A_avoi, B_avoi)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from horf_env.control.tick import ControlTick
+from horf_env.sdf import Witnesses
+from horf_env.types import FloatArray
+
+# Below this length a gradient says nothing: no velocity changes the distance.
+_LEAST_GRADIENT = 1e-6
+# Right-hand side of a row that says nothing. Not 0: PIQP calls rows of zeros <= 0 infeasible.
+_INACTIVE = 1.0
+
+
+class Rows(Protocol):
+    """Linear rows G velocity <= h, all softened by the shared slack."""
+
+    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """G, shape (m, 9), and h, shape (m,), m/s; m is the same at every tick."""
+
+    def names(self) -> tuple[str, ...]:
+        """What each of the m rows stands for."""
+
+
+class Avoidance:
+    """One row for each witness point of each body: -gradient . velocity <= allowed approach.
+
+    The paper allows (distance - psi) in m where m/s is needed; read with a gain of 1/s. The allowed
+    approach is also capped by what the brakes can still stop, and the speed at which a body is
+    pushed out of the margin is capped (both not in the paper).
+    """
+
+    def __init__(
+        self,
+        witnesses: Callable[[ControlTick], Witnesses],
+        *,
+        label: str,
+        bodies: tuple[str, ...],
+        count: int,
+        gain: float,
+        margin: float,
+    ) -> None:
+        """Set the barrier.
+
+        Args:
+            witnesses: Takes the witness points from the tick.
+            label: What is avoided.
+            bodies: Names of the nine bodies.
+            count: Witness points a body.
+            gain: Barrier gain alpha [1/s]; capped at 1/dt, where a step could overshoot.
+            margin: Distance psi that is kept [m].
+        """
+        self._witnesses = witnesses
+        self._names = tuple(f"{label} {body} {k}" for body in bodies for k in range(count))
+        self._gain, self._margin = gain, margin
+
+    def names(self) -> tuple[str, ...]:
+        """See `Rows`."""
+        return self._names
+
+    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """See `Rows`."""
+        found = self._witnesses(tick)
+        G = -found.gradient.reshape(-1, 9)
+        h = allowed_approach(
+            found.distance.ravel() - self._margin,
+            gain=min(self._gain, 1.0 / tick.dt),
+            braking=tick.limits.braking,
+            dt=tick.dt,
+        )
+        says_nothing = ~np.isfinite(h) | (np.abs(G).max(axis=1) < _LEAST_GRADIENT)
+        G[says_nothing], h[says_nothing] = 0.0, _INACTIVE
+        return G, h
+
+
+PUSH_OUT_SPEED = 0.3  # m/s; not in the paper, fits into the limits of every joint
+
+
+def allowed_approach(
+    clearance: FloatArray, *, gain: float, braking: float, dt: float
+) -> FloatArray:
+    """Greatest speed towards a point with this much room left [m/s].
+
+    The least of the barrier's gain * clearance and of the speed from which the brakes still stop
+    within the clearance after one more step: v dt + v^2 / (2 a) = clearance.
+
+    Args:
+        clearance: Distance less the margin [m]; negative inside the margin.
+        gain: Barrier gain [1/s].
+        braking: Deceleration that can be counted on [m/s^2]; inf for none.
+        dt: Duration of a step [s].
+    """
+    barrier = np.maximum(gain * clearance, -PUSH_OUT_SPEED)
+    if np.isinf(braking):
+        return barrier
+    room = np.maximum(clearance, 0.0)
+    lag = braking * dt
+    stoppable = np.sqrt(lag**2 + 2.0 * braking * room) - lag
+    return np.asarray(np.minimum(barrier, np.where(clearance > 0.0, stoppable, np.inf)))

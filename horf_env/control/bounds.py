@@ -1,0 +1,87 @@
+"""Bounds on the velocity itself: speed, acceleration, joint limits. Each is a box, not a row.
+
+A box cannot be infeasible, and PIQP calls feasible problems with all-zero rows infeasible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from horf_env.control.tick import ControlTick
+from horf_env.types import FloatArray
+
+
+class Bounds(Protocol):
+    """A box around the velocity."""
+
+    def bounds(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bound, each of shape (9,), m/s and rad/s."""
+
+
+class SpeedBounds:
+    """X- and X+ of the paper: |velocity| <= limit."""
+
+    def bounds(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """See `Bounds`."""
+        return -tick.limits.velocity, tick.limits.velocity
+
+
+class AccelerationBounds:
+    """|velocity - last velocity| <= acceleration dt (not in the paper; real bases need it).
+
+    Inside the QP, because clipping its answer afterwards breaks the avoidance rows.
+    """
+
+    def bounds(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """See `Bounds`."""
+        change = tick.limits.acceleration * tick.dt
+        return tick.velocity - change, tick.velocity + change
+
+
+class JointDampers:
+    """Velocity dampers at the arm's joint limits (B_damper of the paper).
+
+    Towards a limit at distance rho: speed <= gain (rho - stopping) / (influence - stopping) within
+    the influence distance. Beyond the limit the bound changes sign and pulls the joint back. The
+    paper prints a matrix of ones, which would couple all joints; read as one bound a joint and
+    side. The base has no position limits, hence no dampers.
+    """
+
+    def __init__(self, *, gain: float, influence: float, stopping: float) -> None:
+        """Set the damper.
+
+        Args:
+            gain: Speed allowed at the influence distance [rad/s] (eta).
+            influence: Distance from the limit at which the damper begins [rad] (rho_i).
+            stopping: Distance from the limit at which the joint stops [rad] (rho_s).
+        """
+        self._gain, self._influence, self._stopping = gain, influence, stopping
+
+    def bounds(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """See `Bounds`."""
+        arm = tick.state.configuration[3:]
+        lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
+        lower[2:] = -self._speed(arm - tick.limits.arm_lower)
+        upper[2:] = self._speed(tick.limits.arm_upper - arm)
+        return lower, upper
+
+    def _speed(self, distance: FloatArray) -> FloatArray:
+        reach = (distance - self._stopping) / (self._influence - self._stopping)
+        return np.where(distance > self._influence, np.inf, self._gain * reach)
+
+
+def combined_bounds(limits: Sequence[Bounds], tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+    """Intersect boxes; where a later one leaves nothing, the earlier ones win.
+
+    Returns:
+        Lower and upper bound with lower <= upper, each of shape (9,).
+    """
+    lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
+    for limit in limits:
+        low, high = limit.bounds(tick)
+        lower, upper = np.clip(low, lower, upper), np.clip(high, lower, upper)
+        upper = np.maximum(lower, upper)
+    return lower, upper

@@ -1,0 +1,36 @@
+"""What the control layer knows at one tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from horf_env.robot import LimitsProfile, RobotState
+from horf_env.sdf import Witnesses
+from horf_env.types import FloatArray
+
+
+@dataclass(frozen=True)
+class ControlTick:
+    """Inputs of the whole-body QP.
+
+    Attributes:
+        state: Present state of the robot.
+        velocity: Velocity of the last tick, shape (9,), m/s and rad/s.
+        twist: EE twist that is asked for, in base axes, shape (6,), m/s and rad/s.
+        position_error: Distance of the end effector from the goal [m].
+        obstacles: Witness points of the obstacles.
+        floor: Witness points of the floor.
+        own_base: Witness points of the robot's own base for its arm.
+        limits: Speed and acceleration limits.
+        dt: Duration of a tick [s].
+    """
+
+    state: RobotState
+    velocity: FloatArray
+    twist: FloatArray
+    position_error: float
+    obstacles: Witnesses
+    floor: Witnesses
+    own_base: Witnesses
+    limits: LimitsProfile
+    dt: float
