@@ -1,0 +1,297 @@
+"""The Gymnasium environment: wiring only."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, SupportsFloat
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import EzPickle
+from scipy.spatial.transform import Rotation
+
+from horf_env.control import (
+    Command,
+    Sensed,
+    action_layer,
+    control_preset,
+    deviation,
+    servo_twist,
+)
+from horf_env.errors import InvalidActionError
+from horf_env.perception import CameraModel
+from horf_env.records import StepRecord
+from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
+from horf_env.scenes.source import SceneSource, scene_source
+from horf_env.scenes.scene import Scene
+from horf_env.sdf import RobotSdf
+from horf_env.sensing import Senses
+from horf_env.simulation import MoveResult, PyBulletWorld
+from horf_env.task import MAX_STEPS, STEP, RewardTerms, is_reached, reward_terms
+from horf_env.types import FloatArray
+
+_WORLD_EXTENT = 100.0  # m; bound of the position error in the observation space
+_ARM_EXTENT = 2.0  # m; the end effector never is farther from the base
+_JOINT_SLACK = 0.1  # rad or part of the speed: room for motors that overshoot a limit
+
+Observation = dict[str, np.ndarray]
+
+
+class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
+    """Bring the gripper of a mobile manipulator to a pose through clutter.
+
+    Observation:
+        depth: Last five depth images, oldest first, uint8, shape (5, H, W); 0 = nothing measured,
+            1 to 255 = near to far.
+        state: Arm joints [rad] (7), velocity of base and arm [m/s, rad/s] (9), position of the end
+            effector in the frame of the base [m] (3).
+        deviation: Position error [m] and rotation vector [rad] to the goal in base axes (6).
+
+    Action in [-1, 1]: EE twist in base axes, scaled to the limits profile's `twist_scale`; for
+    `action_layer="joint_velocity"` the nine velocities, scaled to the limits. Numbers outside of
+    the range are clipped.
+
+    An episode ends on success or contact, and is truncated after 1000 steps of 0.05 s.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}
+
+    def __init__(
+        self,
+        scene: str = "forest",
+        *,
+        action_layer: str = "sdf_qp",
+        control: str = "default",
+        limits: str = "ld60",
+        simulation: str = "kinematic",
+        perception: str = "camera",
+        camera: CameraModel | None = None,
+        depth_noise: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        """Make the environment.
+
+        Args:
+            scene: "aisle", "room", "forest", "doorway", or the path of a scene file.
+            action_layer: What turns an action into a velocity: "sdf_qp" or "joint_velocity".
+            control: Preset of the QP: "default" or "paper".
+            limits: Limits profile: "ld60" or "paper".
+            simulation: "kinematic" (exact, deterministic) or "dynamic" (velocity motors).
+            perception: "camera", or "full": true surface points for the action layer.
+            camera: Depth camera; 64 x 48 pixels on the front, pitched up, without it.
+            depth_noise: Whether depth images have the D435's disparity noise.
+            render_mode: "rgb_array" or None.
+
+        Raises:
+            UnknownNameError: If any of the names is not valid.
+            SceneFileError: If the scene file cannot be used.
+            MissingAssetError: If the Panda's meshes are not installed.
+        """
+        EzPickle.__init__(
+            self,
+            scene,
+            action_layer=action_layer,
+            control=control,
+            limits=limits,
+            simulation=simulation,
+            perception=perception,
+            camera=camera,
+            depth_noise=depth_noise,
+            render_mode=render_mode,
+        )
+        self.render_mode = render_mode
+        self.limits: LimitsProfile = limits_profile(limits)
+        preset = control_preset(control)
+        self._scenes: SceneSource = scene_source(scene)
+        self._robot = MobileManipulator.load()
+        sdf = RobotSdf.load(self._robot)
+        self._layer = _make_layer(action_layer, sdf, self.limits, preset, STEP)
+        self._camera = camera or CameraModel()
+        self._senses = Senses(sdf, self._camera, perception=perception, depth_noise=depth_noise)
+        self._world = PyBulletWorld(mode=simulation)
+        self.observation_space = _observation_space(self._camera, self.limits)
+        self.action_space = spaces.Box(-1.0, 1.0, (self._layer.action_size,), np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: Seed of the environment's generator.
+            options: {"instance": k} for instance k of the scene's frozen test set, or
+                {"instance": k, "split": "validation"}; a random training instance without it.
+
+        Raises:
+            ValueError: If there is no such instance, or an option is unknown.
+        """
+        super().reset(seed=seed)
+        self.scene: Scene = self._scenes.pick(self.np_random, **(options or {}))
+        self._world.set_scene(self.scene)
+        self._T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
+        self._start_episode(self._robot.state(self._world.state.configuration))
+        frames = self._senses.reset(self.scene, self._state, self.np_random)
+        self.record = self._record(None, np.zeros(6), None)
+        return self._observation(frames), self._info()
+
+    def step(
+        self, action: FloatArray
+    ) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Move for 0.05 s.
+
+        Args:
+            action: In [-1, 1], shape (6,) or (9,).
+
+        Raises:
+            InvalidActionError: If the action has another shape or is not finite; nothing moves.
+        """
+        action = self._checked(action)
+        servo = servo_twist(self._deviation, self.limits.twist_scale)
+        points = self._senses.points(self._state)
+        position_error = float(np.linalg.norm(self._deviation[:3]))
+        command = self._layer.command(
+            action, Sensed(self._state, self._velocity, points, position_error)
+        )
+        moved = self._world.move(command.velocity, STEP)
+        achieved = self._state.ee_jacobian @ moved.velocity
+        self._advance(moved)
+        frames = self._senses.update(self._state, self.np_random)
+        reward = reward_terms(
+            self._deviation,
+            twist=command.twist,
+            servo_twist=servo,
+            clearance=self._min_distance,
+            collided=self._collided,
+        )
+        self.record = self._record(command, achieved, reward)
+        success = is_reached(self._deviation) and not self._collided
+        terminated = success or self._collided
+        truncated = not terminated and self._steps >= MAX_STEPS
+        info = self._info()
+        if terminated or truncated:
+            info |= self._episode_info(success)
+        return self._observation(frames), reward.total, terminated, truncated, info
+
+    @property
+    def servo_action(self) -> FloatArray:
+        """The position servo's action now, in [-1, 1], shape (6,): what HRA does."""
+        return servo_twist(self._deviation, self.limits.twist_scale) / self.limits.twist_scale
+
+    @property
+    def camera(self) -> CameraModel:
+        """The depth camera."""
+        return self._camera
+
+    def render(self) -> np.ndarray | None:  # type: ignore[override]
+        """Picture of robot and scene, uint8, shape (480, 640, 3); None without a render mode."""
+        return self._world.render_rgb() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Free the physics server."""
+        self._world.close()
+
+    def _checked(self, action: FloatArray) -> FloatArray:
+        array = np.asarray(action, dtype=float)
+        if array.shape != self.action_space.shape:
+            raise InvalidActionError(
+                f"action: expected shape {self.action_space.shape}, got {array.shape}"
+            )
+        if not np.isfinite(array).all():
+            raise InvalidActionError(f"action: expected finite numbers, got {array}")
+        return np.clip(array, -1.0, 1.0)
+
+    def _start_episode(self, state: RobotState) -> None:
+        self._state, self._velocity = state, np.zeros(9)
+        self._deviation = self._goal_deviation(state)
+        self._min_distance, self._collided = self._world.clearance.distance, False
+        self._steps, self._path_base, self._path_ee = 0, 0.0, 0.0
+
+    def _advance(self, moved: MoveResult) -> None:
+        before, self._state = self._state, self._robot.state(moved.configuration)
+        self._velocity = moved.velocity
+        self._deviation = self._goal_deviation(self._state)
+        self._min_distance = moved.clearance.distance
+        self._collided = moved.contact is not None
+        self._steps += 1
+        self._path_base += _distance(before.T_world_base, self._state.T_world_base)
+        self._path_ee += _distance(before.T_world_ee, self._state.T_world_ee)
+
+    def _goal_deviation(self, state: RobotState) -> FloatArray:
+        return deviation(state.T_world_ee, self._T_world_goal, state.T_world_base[:3, :3])
+
+    def _observation(self, frames: np.ndarray) -> Observation:
+        R, t = self._state.T_world_base[:3, :3], self._state.T_world_base[:3, 3]
+        ee_in_base = R.T @ (self._state.T_world_ee[:3, 3] - t)
+        state = np.concatenate([self._state.configuration[3:], self._velocity, ee_in_base])
+        return {
+            "depth": frames,
+            "state": state.astype(np.float32),
+            "deviation": self._deviation.astype(np.float32),
+        }
+
+    def _record(
+        self, command: Command | None, achieved: FloatArray, reward: RewardTerms | None
+    ) -> StepRecord:
+        return StepRecord(
+            time=self._steps * STEP,
+            state=self._state,
+            depth=self._senses.depth,
+            points=self._senses.points(self._state),
+            command=command,
+            twist_achieved=achieved,
+            reward=reward,
+            min_distance=self._min_distance,
+        )
+
+    def _info(self) -> dict[str, Any]:
+        command = self.record.command
+        qp = command.qp if command else None
+        return {
+            "is_success": is_reached(self._deviation) and not self._collided,
+            "is_collision": self._collided,
+            "min_distance": self._min_distance,
+            "twist_command": command.twist.copy() if command else np.zeros(6),
+            "twist_achieved": self.record.twist_achieved.copy(),
+            "velocity": self._velocity.copy(),
+            "qp_status": qp.status if qp else "none",
+            "qp_slack": qp.row_slack if qp else 0.0,
+        }
+
+    def _episode_info(self, success: bool) -> dict[str, Any]:
+        failure = "" if success else "collision" if self._collided else "timeout"
+        return {
+            "failure": failure,
+            "path_length_base": self._path_base,
+            "path_length_ee": self._path_ee,
+            "execution_time": self._steps * STEP,
+        }
+
+
+# The constructor's argument of the same name hides the function.
+_make_layer = action_layer
+
+
+def _observation_space(camera: CameraModel, limits: LimitsProfile) -> spaces.Dict:
+    lower = np.concatenate([limits.arm_lower - _JOINT_SLACK, -limits.velocity, [-_ARM_EXTENT] * 3])
+    upper = np.concatenate([limits.arm_upper + _JOINT_SLACK, limits.velocity, [_ARM_EXTENT] * 3])
+    lower[7:16] *= 1.0 + _JOINT_SLACK
+    upper[7:16] *= 1.0 + _JOINT_SLACK
+    reach = np.array([_WORLD_EXTENT] * 3 + [np.pi + 1e-6] * 3, dtype=np.float32)
+    return spaces.Dict(
+        {
+            "depth": spaces.Box(0, 255, (5, camera.height, camera.width), np.uint8),
+            "state": spaces.Box(lower.astype(np.float32), upper.astype(np.float32)),
+            "deviation": spaces.Box(-reach, reach),
+        }
+    )
+
+
+def _pose(position: tuple[float, ...], quaternion_xyzw: tuple[float, ...]) -> FloatArray:
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_quat(quaternion_xyzw).as_matrix()
+    T[:3, 3] = position
+    return T
+
+
+def _distance(T_a: FloatArray, T_b: FloatArray) -> float:
+    return float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))

@@ -1,0 +1,8 @@
+"""Methods of the comparison that do not learn, one file each."""
+
+from horf_env.planners.hra import HraPlanner
+from horf_env.planners.planner import Planner
+
+PLANNERS: dict[str, type[Planner]] = {"hra": HraPlanner}
+
+__all__ = ["PLANNERS", "HraPlanner", "Planner"]
