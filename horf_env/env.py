@@ -131,7 +131,8 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         self._T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
         self._start_episode(self._robot.state(self._world.state.configuration))
         frames = self._senses.reset(self.scene, self._state, self.np_random)
-        self.record = self._record(None, np.zeros(6), None)
+        points = self._senses.points(self._state)
+        self.record = self._record(points, None, np.zeros(6), None)
         return self._observation(frames), self._info()
 
     def step(
@@ -163,7 +164,7 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
             clearance=self._min_distance,
             collided=self._collided,
         )
-        self.record = self._record(command, achieved, reward)
+        self.record = self._record(points, command, achieved, reward)
         success = is_reached(self._deviation) and not self._collided
         terminated = success or self._collided
         truncated = not terminated and self._steps >= MAX_STEPS
@@ -230,13 +231,17 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         }
 
     def _record(
-        self, command: Command | None, achieved: FloatArray, reward: RewardTerms | None
+        self,
+        points: FloatArray,
+        command: Command | None,
+        achieved: FloatArray,
+        reward: RewardTerms | None,
     ) -> StepRecord:
         return StepRecord(
             time=self._steps * STEP,
             state=self._state,
             depth=self._senses.depth,
-            points=self._senses.points(self._state),
+            points=points,
             command=command,
             twist_achieved=achieved,
             reward=reward,

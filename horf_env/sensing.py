@@ -16,6 +16,7 @@ from horf_env.perception import (
     unproject,
 )
 from horf_env.perception.camera import DepthImage
+from horf_env.perception.thinning import thin
 from horf_env.robot import ConvexPart, RobotState, collision_parts
 from horf_env.scenes.scene import Scene
 from horf_env.scenes.scene_mesh import triangles
@@ -27,10 +28,13 @@ PERCEPTIONS = ("camera", "full")
 
 _SELF_FILTER = 0.005  # m; depth is ideal and the arm is drawn as its hulls
 _SELF_FILTER_NOISY = 0.03  # m; the D435's error at arm's length
-_SURFACE_SPACING = 0.05  # m between true surface points
-# True surface points farther than this from the base do not matter to the rows [m]: the influence
-# distance of the control layer and the reach of the arm.
-_SURFACE_RANGE = 3.0
+# Within what the arm reaches [m from the base's centre] points are so dense that a finger tip cannot
+# pass the margin of 0.05 m between two of them; farther away, up to the influence distance of the
+# control layer, as dense as braking needs. Spacings in m.
+_NEAR_RANGE, _NEAR_SPACING = 1.5, 0.03
+_FAR_RANGE, _FAR_SPACING = 3.0, 0.08
+# The same for the points of the five frames, which are thinned to one in each voxel [m].
+_NEAR_VOXEL, _FAR_VOXEL = 0.02, 0.08
 
 
 class Senses:
@@ -65,7 +69,7 @@ class Senses:
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
         self._stack, self._cloud = FrameStack(), CloudHistory()
-        self._surface = np.empty((0, 3))
+        self._near_surface = self._far_surface = np.empty((0, 3))
         self.depth: DepthImage = np.zeros((camera.height, camera.width), dtype=np.float32)
 
     def reset(
@@ -77,7 +81,9 @@ class Senses:
             Stack of frames, shape (5, H, W), uint8.
         """
         self._camera.set_scene(*triangles(scene, floor=True))
-        self._surface = surface_points(scene, _SURFACE_SPACING) if self._full else self._surface
+        if self._full:
+            self._near_surface = surface_points(scene, _NEAR_SPACING)
+            self._far_surface = surface_points(scene, _FAR_SPACING)
         self._cloud.clear()
         return self._stack.reset(self._look(state, rng))
 
@@ -91,10 +97,21 @@ class Senses:
 
     def points(self, state: RobotState) -> FloatArray:
         """Obstacle points for the action layer, in the world, shape (N, 3), m."""
+        centre = state.T_world_base[:2, 3]
         if not self._full:
-            return self._cloud.points()
-        offset = self._surface[:, :2] - state.T_world_base[:2, 3]
-        return self._surface[(offset**2).sum(axis=1) < _SURFACE_RANGE**2]
+            points = self._cloud.points()[::-1]  # newest first
+            return np.concatenate(
+                [
+                    thin(_ring(points, centre, 0.0, _NEAR_RANGE), _NEAR_VOXEL),
+                    thin(_ring(points, centre, _NEAR_RANGE, _FAR_RANGE), _FAR_VOXEL),
+                ]
+            )
+        return np.concatenate(
+            [
+                _ring(self._near_surface, centre, 0.0, _NEAR_RANGE),
+                _ring(self._far_surface, centre, _NEAR_RANGE, _FAR_RANGE),
+            ]
+        )
 
     def _look(self, state: RobotState, rng: np.random.Generator) -> np.ndarray:
         T_world_camera = state.T_world_base @ self._model.T_base_camera
@@ -107,6 +124,13 @@ class Senses:
             own = self._sdf.on_arm(points, state, self._tolerance)
             self._cloud.add(points[~own])
         return quantise_depth(depth, self._model)
+
+
+def _ring(points: FloatArray, centre: FloatArray, inner: float, outer: float) -> FloatArray:
+    """Points whose horizontal distance from the centre is between two radii [m]."""
+    x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
+    squared = x * x + y * y
+    return points[(squared >= inner * inner) & (squared < outer * outer)]
 
 
 def _joined(parts: tuple[ConvexPart, ...]) -> tuple[FloatArray, np.ndarray]:

@@ -41,6 +41,21 @@ class AccelerationBounds:
         return tick.velocity - change, tick.velocity + change
 
 
+class LateralAccelerationBounds:
+    """|omega| <= a_lateral / |v| for the last forward speed v (not in the paper).
+
+    A fast turn swings the robot towards what was beside it, faster than the base can brake.
+    """
+
+    def bounds(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """See `Bounds`."""
+        upper = np.full(9, np.inf)
+        speed = abs(tick.velocity[0])
+        if speed > 0.0:
+            upper[1] = tick.limits.lateral_acceleration / speed
+        return -upper, upper
+
+
 class JointDampers:
     """Velocity dampers at the arm's joint limits (B_damper of the paper).
 

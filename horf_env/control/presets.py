@@ -5,7 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from horf_env.control.avoidance import Avoidance, Rows
-from horf_env.control.bounds import AccelerationBounds, JointDampers, SpeedBounds
+from horf_env.control.bounds import (
+    AccelerationBounds,
+    JointDampers,
+    LateralAccelerationBounds,
+    SpeedBounds,
+)
 from horf_env.control.objective import Objective
 from horf_env.control.qp import WholeBodyQp
 from horf_env.errors import UnknownNameError

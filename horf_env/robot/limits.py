@@ -27,7 +27,9 @@ class LimitsProfile:
         name: Name of the profile.
         velocity: Bound on |velocity|, shape (9,), m/s and rad/s.
         acceleration: Bound on |acceleration|, shape (9,), m/s^2 and rad/s^2; inf for none.
-        braking: Deceleration that any body point can count on [m/s^2]; inf for none.
+        braking: Deceleration towards an obstacle that any body point can count on [m/s^2]; inf if
+            speeds may jump.
+        lateral_acceleration: Bound on |v omega| of the base [m/s^2]; inf for none.
         twist_scale: EE twist that an action of ones asks for, shape (6,), m/s and rad/s.
         arm_lower: Lower joint limits, shape (7,), rad.
         arm_upper: Upper joint limits, shape (7,), rad.
@@ -37,6 +39,7 @@ class LimitsProfile:
     velocity: FloatArray
     acceleration: FloatArray
     braking: float
+    lateral_acceleration: float
     twist_scale: FloatArray
     arm_lower: FloatArray = field(default_factory=ARM_LOWER.copy)
     arm_upper: FloatArray = field(default_factory=ARM_UPPER.copy)
@@ -48,8 +51,10 @@ _LD60 = LimitsProfile(
     velocity=np.array([1.8, np.pi, *_ARM_VELOCITY]),
     # 1 m/s^2 and 180 deg/s^2: not in the paper; what the platform is run with elsewhere.
     acceleration=np.array([1.0, np.pi, *_ARM_ACCELERATION]),
-    # The base brakes slowest. The arm's joints stop a body point faster than that.
-    braking=1.0,
+    # Turning at v omega brings obstacles ahead as fast as braking takes speed away. So half of the
+    # base's 1 m/s^2 is kept for each; the arm's joints stop a body point faster than that.
+    braking=0.5,
+    lateral_acceleration=0.5,
     # Not in the paper: below what base and arm reach together, so that most commands are feasible.
     twist_scale=np.array([1.5, 1.5, 1.0, 1.2, 1.2, 1.2]),
 )
@@ -60,6 +65,7 @@ _PAPER = LimitsProfile(
     velocity=np.array([4.0, 4.0, *_ARM_VELOCITY]),
     acceleration=np.full(9, np.inf),
     braking=np.inf,
+    lateral_acceleration=np.inf,
     twist_scale=np.array([3.5, 3.5, 1.0, 1.2, 1.2, 1.2]),
 )
 

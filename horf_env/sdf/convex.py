@@ -45,14 +45,15 @@ def convex_distance(
     normal[0], normal[1], normal[2] = planes[face, 0], planes[face, 1], planes[face, 2]
     if highest <= 0.0:
         return highest
-    best = _triangle_offset(point, triangles[face], normal)
+    x, y, z = point[0], point[1], point[2]
+    best = _triangle_offset(x, y, z, triangles, face, normal)
     offset = np.empty(3)
     for f in range(start, stop):
-        dx, dy, dz = point[0] - spheres[f, 0], point[1] - spheres[f, 1], point[2] - spheres[f, 2]
+        dx, dy, dz = x - spheres[f, 0], y - spheres[f, 1], z - spheres[f, 2]
         reach = best + spheres[f, 3]
         if f == face or dx * dx + dy * dy + dz * dz >= reach * reach:
             continue
-        distance = _triangle_offset(point, triangles[f], offset)
+        distance = _triangle_offset(x, y, z, triangles, f, offset)
         if distance < best:
             best = distance
             normal[:] = offset
@@ -62,15 +63,18 @@ def convex_distance(
 
 
 @njit(cache=True)
-def _triangle_offset(point: FloatArray, triangle: FloatArray, offset: FloatArray) -> float:
-    """Write point - (nearest point of the triangle); return its length.
+def _triangle_offset(
+    x: float, y: float, z: float, triangles: FloatArray, f: int, offset: FloatArray
+) -> float:
+    """Write (x, y, z) - (nearest point of triangle f); return its length.
 
-    Finds the Voronoi region of the triangle (corner, edge or face) in which the point lies.
+    Finds the Voronoi region of the triangle (corner, edge or face) in which the point lies. Takes
+    the whole array and an index: a view of one triangle would cost as much as the arithmetic.
     """
-    a, b, c = triangle[0], triangle[1], triangle[2]
-    ab0, ab1, ab2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    ac0, ac1, ac2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    ap0, ap1, ap2 = point[0] - a[0], point[1] - a[1], point[2] - a[2]
+    a0, a1, a2 = triangles[f, 0, 0], triangles[f, 0, 1], triangles[f, 0, 2]
+    ab0, ab1, ab2 = triangles[f, 1, 0] - a0, triangles[f, 1, 1] - a1, triangles[f, 1, 2] - a2
+    ac0, ac1, ac2 = triangles[f, 2, 0] - a0, triangles[f, 2, 1] - a1, triangles[f, 2, 2] - a2
+    ap0, ap1, ap2 = x - a0, y - a1, z - a2
     d1 = ab0 * ap0 + ab1 * ap1 + ab2 * ap2
     d2 = ac0 * ap0 + ac1 * ap1 + ac2 * ap2
     bb = ab0 * ab0 + ab1 * ab1 + ab2 * ab2

@@ -43,7 +43,9 @@ def exact_distance(
 
 @njit(cache=True)
 def _interpolate(
-    point: FloatArray,
+    px: float,
+    py: float,
+    pz: float,
     part: int,
     level: int,
     values: FloatArray,
@@ -52,9 +54,9 @@ def _interpolate(
 ) -> float:
     """Trilinear value of one grid; inf outside of it: grids are never extrapolated."""
     top = values.shape[2] - 1
-    x = (point[0] - origins[part, level, 0]) / cells[part, level, 0]
-    y = (point[1] - origins[part, level, 1]) / cells[part, level, 1]
-    z = (point[2] - origins[part, level, 2]) / cells[part, level, 2]
+    x = (px - origins[part, level, 0]) / cells[part, level, 0]
+    y = (py - origins[part, level, 1]) / cells[part, level, 1]
+    z = (pz - origins[part, level, 2]) / cells[part, level, 2]
     if not (0.0 <= x < top and 0.0 <= y < top and 0.0 <= z < top):
         return np.inf
     i, j, k = int(x), int(y), int(z)
@@ -73,7 +75,9 @@ def _interpolate(
 
 @njit(cache=True)
 def _bounds(
-    point: FloatArray,
+    x: float,
+    y: float,
+    z: float,
     first: int,
     last: int,
     low: float,
@@ -86,13 +90,14 @@ def _bounds(
     lower, upper = np.inf, np.inf
     for part in range(first, last):
         level = 0
-        value = _interpolate(point, part, 0, values, origins, cells)
+        value = _interpolate(x, y, z, part, 0, values, origins, cells)
         if value == np.inf:
             level = 1
-            value = _interpolate(point, part, 1, values, origins, cells)
+            value = _interpolate(x, y, z, part, 1, values, origins, cells)
         if value == np.inf:
             return low, high
-        slack = 0.5 * np.sqrt((cells[part, level] ** 2).sum())
+        cx, cy, cz = cells[part, level, 0], cells[part, level, 1], cells[part, level, 2]
+        slack = 0.5 * np.sqrt(cx * cx + cy * cy + cz * cz)
         lower, upper = min(lower, value - slack), min(upper, value)
     return max(lower, low), upper
 
@@ -101,6 +106,37 @@ def _bounds(
 def _beyond(x: float, lower: float, upper: float) -> float:
     """Signed distance of a coordinate from an interval, 0 inside."""
     return x - min(max(x, lower), upper)
+
+
+@njit(cache=True, fastmath={"nnan", "nsz", "contract"})
+def _box_distances(
+    axes: FloatArray, pose: FloatArray, box: FloatArray, local: FloatArray, squared: FloatArray
+) -> None:
+    """Write all points in the frame of a body, and their squared distances to its box.
+
+    Without branches and with the coordinates apart, so that it compiles to vector instructions;
+    that takes minima that need not care about NaN (the points are known to be finite).
+
+    Args:
+        axes: World coordinates, shape (3, N), m.
+        pose: T_world_body, shape (4, 4).
+        box: Lower and upper corner, shape (2, 3), m.
+        local: Written, shape (3, N), m.
+        squared: Written, shape (N,), m^2.
+    """
+    r00, r01, r02, t0 = pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3]
+    r10, r11, r12, t1 = pose[1, 0], pose[1, 1], pose[1, 2], pose[1, 3]
+    r20, r21, r22, t2 = pose[2, 0], pose[2, 1], pose[2, 2], pose[2, 3]
+    x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2]
+    x1, y1, z1 = box[1, 0], box[1, 1], box[1, 2]
+    for i in range(len(squared)):
+        dx, dy, dz = axes[0, i] - t0, axes[1, i] - t1, axes[2, i] - t2
+        x = r00 * dx + r10 * dy + r20 * dz
+        y = r01 * dx + r11 * dy + r21 * dz
+        z = r02 * dx + r12 * dy + r22 * dz
+        local[0, i], local[1, i], local[2, i] = x, y, z
+        ox, oy, oz = _beyond(x, x0, x1), _beyond(y, y0, y1), _beyond(z, z0, z1)
+        squared[i] = ox * ox + oy * oy + oz * oz
 
 
 @njit(cache=True)
@@ -155,34 +191,33 @@ def find_witnesses(
         normals: Written, gradient of the distance with respect to the point, world axes (B, K, 3).
     """
     n, count = len(points), distances.shape[1]
+    axes = points.T.copy()
+    everywhere, squared = np.empty((3, n)), np.empty(n)
     local, normal = np.empty((n, 3)), np.empty(3)
     near, lower, key = np.empty(n, np.int64), np.empty(n), np.empty(n)
     for b in range(len(poses)):
-        R, t, box = poses[b, :3, :3], poses[b, :3, 3], boxes[b]
+        R, box = poses[b, :3, :3], boxes[b]
         diagonal = np.sqrt(((box[1] - box[0]) ** 2).sum())
         first, last = body_start[b], body_start[b + 1]
         found, best_upper, chosen, least = 0, np.inf, -1, np.inf
         v, w = twists[b, :3], twists[b, 3:]
+        _box_distances(axes, poses[b], box, everywhere, squared)
         for i in range(n):
-            # Scalars throughout: an array view for each point would cost more than the arithmetic.
-            dx, dy, dz = points[i, 0] - t[0], points[i, 1] - t[1], points[i, 2] - t[2]
-            x = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
-            y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
-            z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
-            ox = _beyond(x, box[0, 0], box[1, 0])
-            oy = _beyond(y, box[0, 1], box[1, 1])
-            oz = _beyond(z, box[0, 2], box[1, 2])
-            length = np.sqrt(ox * ox + oy * oy + oz * oz)
-            if length > cutoff:
+            if squared[i] > cutoff * cutoff:
                 continue
+            length = np.sqrt(squared[i])
+            x, y, z = everywhere[0, i], everywhere[1, i], everywhere[2, i]
             local[found, 0], local[found, 1], local[found, 2], near[found] = x, y, z, i
             low, high = (length if length > 0.0 else -np.inf), length + diagonal
             if length < field_reach:
-                low, high = _bounds(local[found], first, last, low, high, values, origins, cells)
+                low, high = _bounds(x, y, z, first, last, low, high, values, origins, cells)
             if high < best_upper:
                 best_upper, chosen = high, found
             approach = 0.0
             if length > 0.0:
+                ox = _beyond(x, box[0, 0], box[1, 0])
+                oy = _beyond(y, box[0, 1], box[1, 1])
+                oz = _beyond(z, box[0, 2], box[1, 2])
                 vx = v[0] + w[1] * z - w[2] * y
                 vy = v[1] + w[2] * x - w[0] * z
                 vz = v[2] + w[0] * y - w[1] * x
@@ -203,11 +238,7 @@ def find_witnesses(
                 least, chosen = distance, m
         for k in range(count):
             if k > 0:
-                chosen = -1
-                lowest = np.inf
-                for m in range(found):
-                    if key[m] < lowest:
-                        lowest, chosen = key[m], m
+                chosen = _next(local, key, found, chosen, spacing)
             if chosen < 0:
                 break
             distances[b, k] = exact_distance(
@@ -216,21 +247,27 @@ def find_witnesses(
             indices[b, k] = near[chosen]
             for j in range(3):
                 normals[b, k, j] = R[j, 0] * normal[0] + R[j, 1] * normal[1] + R[j, 2] * normal[2]
-            if k + 1 < count:
-                _strike_out(local, key, found, chosen, spacing)
 
 
 @njit(cache=True)
-def _strike_out(
-    local: FloatArray, key: FloatArray, found: int, chosen: int, spacing: float
-) -> None:
-    """Take the chosen point and all within the spacing around it out of the running."""
+def _next(local: FloatArray, key: FloatArray, found: int, chosen: int, spacing: float) -> int:
+    """Take all points within the spacing of the chosen one out of the running; name the next.
+
+    Returns:
+        Place of the least key that is left, -1 if none is.
+    """
     x, y, z = local[chosen, 0], local[chosen, 1], local[chosen, 2]
+    key[chosen] = np.inf
+    lowest, following = np.inf, -1
     for m in range(found):
+        if key[m] == np.inf:
+            continue
         dx, dy, dz = local[m, 0] - x, local[m, 1] - y, local[m, 2] - z
         if dx * dx + dy * dy + dz * dz < spacing * spacing:
             key[m] = np.inf
-    key[chosen] = np.inf
+        elif key[m] < lowest:
+            lowest, following = key[m], m
+    return following
 
 
 @njit(cache=True)

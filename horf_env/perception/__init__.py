@@ -1,0 +1,19 @@
+"""Perception: depth camera, frame stack and point cloud of the last frames."""
+
+from horf_env.perception.camera import CameraModel
+from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
+from horf_env.perception.depth_camera import DepthCamera
+from horf_env.perception.frames import FrameStack, dequantise_depth, quantise_depth
+from horf_env.perception.noise import DisparityNoise
+
+__all__ = [
+    "CameraModel",
+    "CloudHistory",
+    "DepthCamera",
+    "DisparityNoise",
+    "FrameStack",
+    "dequantise_depth",
+    "quantise_depth",
+    "remove_floor",
+    "unproject",
+]
