@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from horf_env.robot.vectors import cross
 from horf_env.types import FloatArray
 
 
@@ -47,6 +48,6 @@ def _hessian(J: FloatArray) -> FloatArray:
     n = len(angular)
     first, second = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
     H = np.zeros((n, n, 6))
-    H[..., :3] = np.cross(angular[first], linear[second])
-    H[..., 3:] = np.cross(angular[:, None], angular[None, :]) * np.tri(n, k=-1).T[..., None]
+    H[..., :3] = cross(angular[first], linear[second])
+    H[..., 3:] = cross(angular[:, None], angular[None, :]) * np.tri(n, k=-1).T[..., None]
     return H

@@ -10,6 +10,7 @@ import pinocchio as pin
 from horf_env.robot.bodies import BODIES
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
+from horf_env.robot.vectors import cross
 from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
 
 _EE_FRAME = "hand_tcp"
@@ -124,5 +125,5 @@ def point_jacobian(state: RobotState, body: int, point: FloatArray) -> FloatArra
 def _shift(J: FloatArray, arms: FloatArray) -> FloatArray:
     """Move the reference point of a Jacobian (6, n) by each of the arms (m, 3): (m, 6, n)."""
     shifted = np.repeat(J[None], len(arms), axis=0)
-    shifted[:, :3] += np.cross(J[3:].T[None], arms[:, None]).transpose(0, 2, 1)
+    shifted[:, :3] += cross(J[3:].T[None], arms[:, None]).transpose(0, 2, 1)
     return shifted

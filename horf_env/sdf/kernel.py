@@ -150,6 +150,7 @@ def find_witnesses(
     points: FloatArray,
     poses: FloatArray,
     twists: FloatArray,
+    first_body: int,
     planes: FloatArray,
     triangles: FloatArray,
     spheres: FloatArray,
@@ -173,6 +174,7 @@ def find_witnesses(
         points: Cloud in the world, shape (N, 3), m.
         poses: T_world_body, shape (B, 4, 4).
         twists: Velocity of each body (linear; angular) in its own frame, shape (B, 6).
+        first_body: Bodies before this one are passed over.
         planes: See `BodyGeometry`.
         triangles: See `BodyGeometry`.
         spheres: See `BodyGeometry`.
@@ -195,7 +197,7 @@ def find_witnesses(
     everywhere, squared = np.empty((3, n)), np.empty(n)
     local, normal = np.empty((n, 3)), np.empty(3)
     near, lower, key = np.empty(n, np.int64), np.empty(n), np.empty(n)
-    for b in range(len(poses)):
+    for b in range(first_body, len(poses)):
         R, box = poses[b, :3, :3], boxes[b]
         diagonal = np.sqrt(((box[1] - box[0]) ** 2).sum())
         first, last = body_start[b], body_start[b + 1]

@@ -11,6 +11,7 @@ import trimesh
 
 from horf_env.errors import UnknownNameError
 from horf_env.robot import MobileManipulator, RobotState, collision_parts
+from horf_env.robot.vectors import cross
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.convex import part_distances
 from horf_env.sdf.fields import PADDINGS, Fields
@@ -140,6 +141,7 @@ class RobotSdf:
         cutoff: float,
         velocity: FloatArray | None = None,
         braking: float = _NO_BRAKING,
+        first_body: int = 0,
     ) -> Witnesses:
         """The nearest and the most critical points of each body.
 
@@ -154,6 +156,7 @@ class RobotSdf:
             cutoff: Points farther than this from a body are left out [m].
             velocity: Present velocity of the robot, shape (9,); at rest without it.
             braking: Deceleration that a body can count on [m/s^2].
+            first_body: Bodies before this one get no witness.
 
         Raises:
             ValueError: If the points are not finite or of another shape.
@@ -168,6 +171,7 @@ class RobotSdf:
                 points,
                 state.link_poses,
                 _body_twists(state, velocity),
+                first_body,
                 *self._shape,
                 self._geometry.boxes,
                 *self._fields,
@@ -214,10 +218,10 @@ class RobotSdf:
         """
         T = state.T_world_base
         points = self._base_surface @ T[:3, :3].T + T[:3, 3]
-        found = self.witnesses(points, state, count=1, spacing=0.0, cutoff=cutoff)
+        found = self.witnesses(
+            points, state, count=1, spacing=0.0, cutoff=cutoff, first_body=_FIRST_FREE_BODY
+        )
         found.gradient[:, :, :2] = 0.0
-        found.distance[:_FIRST_FREE_BODY] = np.inf
-        found.gradient[:_FIRST_FREE_BODY] = 0.0
         return found
 
     def on_arm(self, points: FloatArray, state: RobotState, tolerance: float) -> np.ndarray:
@@ -275,14 +279,8 @@ def distance_gradient(
     """
     J = state.body_jacobians[bodies]
     arm = points - state.link_poses[bodies, None, :3, 3]
-    torque = _cross(arm, normals)
+    torque = cross(arm, normals)
     return -(normals @ J[:, :3] + torque @ J[:, 3:])
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product along the last axis; numpy's own spends ten times as long on axes."""
-    forward, backward = [1, 2, 0], [2, 0, 1]
-    return a[..., forward] * b[..., backward] - a[..., backward] * b[..., forward]
 
 
 def _body_twists(state: RobotState, velocity: FloatArray | None) -> FloatArray:
