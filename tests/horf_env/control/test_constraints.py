@@ -1,0 +1,139 @@
+"""Bounds, avoidance rows and objective, each against a hand calculation or finite differences."""
+
+import numpy as np
+import pytest
+
+from horf_env.control.avoidance import PUSH_OUT_SPEED, Avoidance, allowed_approach
+from horf_env.control.bounds import (
+    AccelerationBounds,
+    JointDampers,
+    LateralAccelerationBounds,
+    SpeedBounds,
+    combined_bounds,
+)
+from horf_env.control.objective import Objective
+from horf_env.robot import ARM_READY, LIMITS, integrate
+from horf_env.robot.manipulability import manipulability
+
+QR = np.concatenate([np.zeros(3), ARM_READY])
+NO_POINTS = np.zeros((0, 3))
+STILL = np.zeros(6)
+
+
+def test_dampers_slow_down_towards_a_limit_and_pull_back_from_beyond(make_tick):
+    dampers = JointDampers(gain=1.0, influence=0.9, stopping=0.1)
+    limits = LIMITS["ld60"]
+    q = QR.copy()
+    q[3] = limits.arm_upper[0] - 0.5  # inside the influence distance
+    q[4] = limits.arm_upper[1] + 0.05  # beyond the limit
+    lower, upper = dampers.bounds(make_tick(q, NO_POINTS, STILL))
+    assert upper[2] == pytest.approx((0.5 - 0.1) / (0.9 - 0.1))
+    assert lower[2] == -np.inf
+    assert upper[3] == pytest.approx((-0.05 - 0.1) / 0.8)
+    assert np.isinf(upper[:2]).all()
+
+
+def test_earlier_bounds_win_where_nothing_is_left(make_tick):
+    velocity = np.array([1.8, 0.0, 2.0, *np.zeros(6)])
+    q = QR.copy()
+    q[3] = LIMITS["ld60"].arm_upper[0] - 0.1  # the damper says 0, the brakes say 1.25
+    tick = make_tick(q, NO_POINTS, STILL, velocity=velocity)
+    dampers = JointDampers(gain=1.0, influence=0.9, stopping=0.1)
+    lower, upper = combined_bounds((SpeedBounds(), AccelerationBounds(), dampers), tick)
+    assert (lower <= upper).all()
+    assert upper[2] == lower[2] == pytest.approx(2.0 - 15.0 * 0.05)
+    assert upper[0] == pytest.approx(1.8)
+
+
+def test_a_fast_base_may_not_turn_sharply(make_tick):
+    velocity = np.array([1.0, *np.zeros(8)])
+    bounds = LateralAccelerationBounds()
+    _, upper = bounds.bounds(make_tick(QR, NO_POINTS, STILL, velocity=velocity))
+    assert upper[1] == pytest.approx(0.5)
+    _, unlimited = bounds.bounds(make_tick(QR, NO_POINTS, STILL))
+    assert np.isinf(unlimited).all()
+    paper = make_tick(QR, NO_POINTS, STILL, velocity=velocity, limits="paper")
+    assert np.isinf(bounds.bounds(paper)[1]).all()
+
+
+def test_allowed_approach_stops_in_time_and_pushes_out_gently():
+    clearance = np.array([-1.0, -0.05, 0.0, 0.1, 5.0])
+    free = allowed_approach(clearance, gain=2.0, braking=np.inf, dt=0.05)
+    np.testing.assert_allclose(free, [-PUSH_OUT_SPEED, -0.1, 0.0, 0.2, 10.0])
+    braked = allowed_approach(clearance, gain=2.0, braking=0.5, dt=0.05)
+    np.testing.assert_allclose(braked[:4], free[:4])
+    v = braked[4]
+    assert v * 0.05 + v**2 / (2 * 0.5) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("braking", [0.5, np.inf])
+def test_an_approach_at_the_allowed_speed_never_enters_the_margin(braking):
+    clearance, v, dt = 3.0, 1.8, 0.05
+    for _ in range(400):
+        allowed = float(allowed_approach(np.array([clearance]), gain=2.0, braking=braking, dt=dt)[0])
+        v = max(min(1.8, allowed), v - 1.0 * dt) if np.isfinite(braking) else min(1.8, allowed)
+        clearance -= v * dt
+        assert clearance > -1e-9
+    assert clearance < 0.01
+
+
+def test_avoidance_rows_bound_the_change_of_the_true_distance(make_tick, sdf):
+    rng = np.random.default_rng(0)
+    rows = Avoidance(
+        lambda tick: tick.obstacles,
+        label="obstacle",
+        bodies=tuple("abcdefghi"),
+        count=4,
+        gain=2.0,
+        margin=0.05,
+    )
+    points = rng.uniform([-1.5, -1.5, 0.1], [1.5, 1.5, 1.4], (200, 3))
+    tick = make_tick(QR, points, STILL, count=4)
+    G, h = rows.rows(tick)
+    assert G.shape == (36, 9)
+    assert len(rows.names()) == 36
+    step = 1e-6
+    for body in range(9):
+        own = points[tick.obstacles.index[body, 0]][None]
+        for i in range(9):
+            e = np.eye(9)[i]
+            after = sdf.query(own, integrate(QR, e, step)).distance[body]
+            before = sdf.query(own, integrate(QR, -e, step)).distance[body]
+            assert -G[4 * body, i] == pytest.approx((after - before) / (2 * step), abs=1e-5)
+
+
+def test_rows_without_a_point_say_nothing(make_tick):
+    rows = Avoidance(
+        lambda tick: tick.obstacles,
+        label="obstacle",
+        bodies=tuple("abcdefghi"),
+        count=8,
+        gain=2.0,
+        margin=0.05,
+    )
+    G, h = rows.rows(make_tick(QR, NO_POINTS, STILL))
+    assert not G.any()
+    assert (h > 0).all()
+
+
+def test_objective_pulls_towards_dexterity_and_the_end_effector(make_tick):
+    q = QR.copy()
+    q[3] = 0.8  # the arm looks to the left of the base
+    tick = make_tick(q, NO_POINTS, STILL, position_error=2.0)
+    weights, linear = Objective(preferred_velocity=False).terms(tick)
+    np.testing.assert_allclose(weights[:2], 0.01 / 2.0)
+    np.testing.assert_allclose(weights[2:], 0.01 * 2.0)
+    assert linear[1] < 0  # turning left lowers the cost
+    better = integrate(q, -np.concatenate([[0, 0], linear[2:]]), 1e-3)
+    state_after = make_tick(better, NO_POINTS, STILL).state
+    assert manipulability(state_after.ee_jacobian[:, 2:]) > manipulability(
+        tick.state.ee_jacobian[:, 2:]
+    )
+    _, preferred = Objective().terms(tick)
+    np.testing.assert_allclose(preferred, weights * linear)
+
+
+def test_weights_stay_finite_at_the_goal(make_tick):
+    weights, _ = Objective().terms(make_tick(QR, NO_POINTS, STILL, position_error=0.0))
+    assert np.isfinite(weights).all()
+    assert weights.max() <= 0.01 / 0.05 + 1e-12
