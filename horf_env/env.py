@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, SupportsFloat
+from typing import Any, SupportsFloat, cast
 
 import gymnasium as gym
 import numpy as np
@@ -22,8 +22,8 @@ from horf_env.errors import InvalidActionError
 from horf_env.perception import CameraModel
 from horf_env.records import StepRecord
 from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
-from horf_env.scenes.source import SceneSource, scene_source
 from horf_env.scenes.scene import Scene
+from horf_env.scenes.source import SceneSource, scene_source
 from horf_env.sdf import RobotSdf
 from horf_env.sensing import Senses
 from horf_env.simulation import MoveResult, PyBulletWorld
@@ -37,7 +37,7 @@ _JOINT_SLACK = 0.1  # rad or part of the speed: room for motors that overshoot a
 Observation = dict[str, np.ndarray]
 
 
-class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
+class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     """Bring the gripper of a mobile manipulator to a pose through clutter.
 
     Observation:
@@ -54,7 +54,7 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
     An episode ends on success or contact, and is truncated after 1000 steps of 0.05 s.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 20}
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012  Gymnasium's way
 
     def __init__(
         self,
@@ -109,7 +109,9 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         self._camera = camera or CameraModel()
         self._senses = Senses(sdf, self._camera, perception=perception, depth_noise=depth_noise)
         self._world = PyBulletWorld(mode=simulation)
-        self.observation_space = _observation_space(self._camera, self.limits)
+        self.observation_space = cast(
+            "spaces.Space[Observation]", _observation_space(self._camera, self.limits)
+        )
         self.action_space = spaces.Box(-1.0, 1.0, (self._layer.action_size,), np.float32)
 
     def reset(
@@ -136,7 +138,7 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         return self._observation(frames), self._info()
 
     def step(
-        self, action: FloatArray
+        self, action: np.ndarray
     ) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
         """Move for 0.05 s.
 
@@ -174,16 +176,11 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         return self._observation(frames), reward.total, terminated, truncated, info
 
     @property
-    def servo_action(self) -> FloatArray:
-        """The position servo's action now, in [-1, 1], shape (6,): what HRA does."""
-        return servo_twist(self._deviation, self.limits.twist_scale) / self.limits.twist_scale
-
-    @property
     def camera(self) -> CameraModel:
         """The depth camera."""
         return self._camera
 
-    def render(self) -> np.ndarray | None:  # type: ignore[override]
+    def render(self) -> np.ndarray | None:
         """Picture of robot and scene, uint8, shape (480, 640, 3); None without a render mode."""
         return self._world.render_rgb() if self.render_mode == "rgb_array" else None
 
@@ -191,7 +188,7 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         """Free the physics server."""
         self._world.close()
 
-    def _checked(self, action: FloatArray) -> FloatArray:
+    def _checked(self, action: np.ndarray) -> FloatArray:
         array = np.asarray(action, dtype=float)
         if array.shape != self.action_space.shape:
             raise InvalidActionError(
@@ -199,7 +196,7 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
             )
         if not np.isfinite(array).all():
             raise InvalidActionError(f"action: expected finite numbers, got {array}")
-        return np.clip(array, -1.0, 1.0)
+        return np.asarray(np.clip(array, -1.0, 1.0))
 
     def _start_episode(self, state: RobotState) -> None:
         self._state, self._velocity = state, np.zeros(9)
@@ -218,7 +215,8 @@ class HorfReachEnv(gym.Env[Observation, FloatArray], EzPickle):
         self._path_ee += _distance(before.T_world_ee, self._state.T_world_ee)
 
     def _goal_deviation(self, state: RobotState) -> FloatArray:
-        return deviation(state.T_world_ee, self._T_world_goal, state.T_world_base[:3, :3])
+        R_base = state.T_world_base[:3, :3]
+        return np.asarray(deviation(state.T_world_ee, self._T_world_goal, R_base))
 
     def _observation(self, frames: np.ndarray) -> Observation:
         R, t = self._state.T_world_base[:3, :3], self._state.T_world_base[:3, 3]

@@ -28,8 +28,8 @@ PERCEPTIONS = ("camera", "full")
 
 _SELF_FILTER = 0.005  # m; depth is ideal and the arm is drawn as its hulls
 _SELF_FILTER_NOISY = 0.03  # m; the D435's error at arm's length
-# Within what the arm reaches [m from the base's centre] points are so dense that a finger tip cannot
-# pass the margin of 0.05 m between two of them; farther away, up to the influence distance of the
+# Within what the arm reaches [m from the base's centre] points are so dense that a finger tip
+# cannot pass the margin of 0.05 m between two of them; farther away, up to the influence distance of the
 # control layer, as dense as braking needs. Spacings in m.
 _NEAR_RANGE, _NEAR_SPACING = 1.5, 0.03
 _FAR_RANGE, _FAR_SPACING = 3.0, 0.08
@@ -72,9 +72,7 @@ class Senses:
         self._near_surface = self._far_surface = np.empty((0, 3))
         self.depth: DepthImage = np.zeros((camera.height, camera.width), dtype=np.float32)
 
-    def reset(
-        self, scene: Scene, state: RobotState, rng: np.random.Generator
-    ) -> np.ndarray:
+    def reset(self, scene: Scene, state: RobotState, rng: np.random.Generator) -> np.ndarray:
         """Look at a new scene for the first time.
 
         Returns:
@@ -130,14 +128,12 @@ def _ring(points: FloatArray, centre: FloatArray, inner: float, outer: float) ->
     """Points whose horizontal distance from the centre is between two radii [m]."""
     x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
     squared = x * x + y * y
-    return points[(squared >= inner * inner) & (squared < outer * outer)]
+    return np.compress((squared >= inner * inner) & (squared < outer * outer), points, axis=0)
 
 
 def _joined(parts: tuple[ConvexPart, ...]) -> tuple[FloatArray, np.ndarray]:
     """All parts of a body as one mesh."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     vertices = np.concatenate([part.vertices for part in parts])
-    faces = np.concatenate(
-        [part.faces + start for part, start in zip(parts, starts, strict=True)]
-    )
+    faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)])
     return vertices, faces

@@ -8,7 +8,6 @@ from horf_env.control.avoidance import Avoidance, Rows
 from horf_env.control.bounds import (
     AccelerationBounds,
     JointDampers,
-    LateralAccelerationBounds,
     SpeedBounds,
 )
 from horf_env.control.objective import Objective

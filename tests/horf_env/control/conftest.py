@@ -11,9 +11,7 @@ DT = 0.05
 
 @pytest.fixture(scope="session")
 def make_tick(robot, sdf):
-    def make(
-        q, points, twist, *, velocity=None, limits="ld60", count=8, position_error=1.0
-    ):
+    def make(q, points, twist, *, velocity=None, limits="ld60", count=8, position_error=1.0):
         state = robot.state(q)
         velocity = np.zeros(9) if velocity is None else velocity
         profile = LIMITS[limits]

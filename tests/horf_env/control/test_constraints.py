@@ -70,7 +70,8 @@ def test_allowed_approach_stops_in_time_and_pushes_out_gently():
 def test_an_approach_at_the_allowed_speed_never_enters_the_margin(braking):
     clearance, v, dt = 3.0, 1.8, 0.05
     for _ in range(400):
-        allowed = float(allowed_approach(np.array([clearance]), gain=2.0, braking=braking, dt=dt)[0])
+        room = np.array([clearance])
+        allowed = float(allowed_approach(room, gain=2.0, braking=braking, dt=dt)[0])
         v = max(min(1.8, allowed), v - 1.0 * dt) if np.isfinite(braking) else min(1.8, allowed)
         clearance -= v * dt
         assert clearance > -1e-9
@@ -89,7 +90,7 @@ def test_avoidance_rows_bound_the_change_of_the_true_distance(make_tick, sdf):
     )
     points = rng.uniform([-1.5, -1.5, 0.1], [1.5, 1.5, 1.4], (200, 3))
     tick = make_tick(QR, points, STILL, count=4)
-    G, h = rows.rows(tick)
+    G, _ = rows.rows(tick)
     assert G.shape == (36, 9)
     assert len(rows.names()) == 36
     step = 1e-6

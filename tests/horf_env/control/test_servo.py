@@ -19,9 +19,7 @@ def pose(position, rotvec):
 def test_deviation_is_given_in_the_axes_of_the_base():
     R_base = Rotation.from_euler("z", 0.5 * np.pi).as_matrix()
     ee, goal = pose([1, 0, 0.5], [0, 0, 0]), pose([1, 2, 0.5], [0.3, 0, 0])
-    np.testing.assert_allclose(
-        deviation(ee, goal, R_base), [2, 0, 0, 0, -0.3, 0], atol=1e-12
-    )
+    np.testing.assert_allclose(deviation(ee, goal, R_base), [2, 0, 0, 0, -0.3, 0], atol=1e-12)
 
 
 def test_the_twist_is_within_an_action_and_keeps_its_direction():

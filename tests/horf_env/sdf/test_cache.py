@@ -57,9 +57,7 @@ def test_nodes_are_upper_bounds_within_half_a_cell(finger):
     rng = np.random.default_rng(0)
     g, normal = finger, np.empty(3)
     for point in rng.uniform(g.boxes[0, 0] - 0.25, g.boxes[0, 1] + 0.25, (500, 3)):
-        exact = exact_distance(
-            point, g.planes, g.triangles, g.spheres, g.part_start, 0, 1, normal
-        )
-        value = _interpolate(point, 0, 1, fields.values, fields.origins, fields.cells)
+        exact = exact_distance(point, g.planes, g.triangles, g.spheres, g.part_start, 0, 1, normal)
+        value = _interpolate(*point, 0, 1, fields.values, fields.origins, fields.cells)
         half_diagonal = 0.5 * np.linalg.norm(fields.cells[0, 1])
         assert exact - 1e-7 <= value <= exact + half_diagonal

@@ -13,9 +13,7 @@ QR = np.concatenate([[0.4, -0.3, 0.7], ARM_READY])
 
 def random_configuration(rng):
     limits = LIMITS["ld60"]
-    return np.concatenate(
-        [rng.uniform(-1, 1, 3), rng.uniform(limits.arm_lower, limits.arm_upper)]
-    )
+    return np.concatenate([rng.uniform(-1, 1, 3), rng.uniform(limits.arm_lower, limits.arm_upper)])
 
 
 def clutter(rng, n=1500):
@@ -33,9 +31,7 @@ def test_hull_distance_equals_brute_force(sdf, body):
         squared, _, _ = igl.point_mesh_squared_distance(points, part.vertices, part.faces)
         inside = igl.fast_winding_number(part.vertices, part.faces, points) > 0.5
         signed.append(np.where(inside, -1, 1) * np.sqrt(squared))
-    np.testing.assert_allclose(
-        sdf.link_distance(body, points), np.min(signed, axis=0), atol=1e-9
-    )
+    np.testing.assert_allclose(sdf.link_distance(body, points), np.min(signed, axis=0), atol=1e-9)
 
 
 def test_query_finds_the_nearest_point_of_each_body(robot, sdf):
