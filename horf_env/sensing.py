@@ -29,10 +29,12 @@ PERCEPTIONS = ("camera", "full")
 _SELF_FILTER = 0.005  # m; depth is ideal and the arm is drawn as its hulls
 _SELF_FILTER_NOISY = 0.03  # m; the D435's error at arm's length
 # Within what the arm reaches [m from the base's centre] points are so dense that a finger tip
-# cannot pass the margin of 0.05 m between two of them; farther away, up to the influence distance of the
-# control layer, as dense as braking needs. Spacings in m.
+# cannot pass the margin of 0.05 m between two of them; farther away, where only braking matters,
+# they are wider apart. Spacings in m.
 _NEAR_RANGE, _NEAR_SPACING = 1.5, 0.03
 _FAR_RANGE, _FAR_SPACING = 3.0, 0.08
+# The base may move this far [m] before the true points around it are chosen anew.
+_RECENTRE = 0.1
 # The same for the points of the five frames, which are thinned to one in each voxel [m].
 _NEAR_VOXEL, _FAR_VOXEL = 0.02, 0.08
 
@@ -69,7 +71,8 @@ class Senses:
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
         self._stack, self._cloud = FrameStack(), CloudHistory()
-        self._near_surface = self._far_surface = np.empty((0, 3))
+        self._near_surface = self._far_surface = self._around = np.empty((0, 3))
+        self._centre = np.full(2, np.inf)
         self.depth: DepthImage = np.zeros((camera.height, camera.width), dtype=np.float32)
 
     def reset(self, scene: Scene, state: RobotState, rng: np.random.Generator) -> np.ndarray:
@@ -82,6 +85,7 @@ class Senses:
         if self._full:
             self._near_surface = surface_points(scene, _NEAR_SPACING)
             self._far_surface = surface_points(scene, _FAR_SPACING)
+            self._centre = np.full(2, np.inf)
         self._cloud.clear()
         return self._stack.reset(self._look(state, rng))
 
@@ -96,20 +100,20 @@ class Senses:
     def points(self, state: RobotState) -> FloatArray:
         """Obstacle points for the action layer, in the world, shape (N, 3), m."""
         centre = state.T_world_base[:2, 3]
-        if not self._full:
-            points = self._cloud.points()[::-1]  # newest first
-            return np.concatenate(
-                [
-                    thin(_ring(points, centre, 0.0, _NEAR_RANGE), _NEAR_VOXEL),
-                    thin(_ring(points, centre, _NEAR_RANGE, _FAR_RANGE), _FAR_VOXEL),
-                ]
-            )
-        return np.concatenate(
-            [
-                _ring(self._near_surface, centre, 0.0, _NEAR_RANGE),
-                _ring(self._far_surface, centre, _NEAR_RANGE, _FAR_RANGE),
-            ]
-        )
+        if self._full:
+            return self._true_points(centre)
+        points = self._cloud.points()[::-1]  # newest first
+        near = thin(_ring(points, centre, 0.0, _NEAR_RANGE), _NEAR_VOXEL)
+        far = thin(_ring(points, centre, _NEAR_RANGE, _FAR_RANGE), _FAR_VOXEL)
+        return np.concatenate([near, far])
+
+    def _true_points(self, centre: FloatArray) -> FloatArray:
+        """True surface points around the base, chosen anew only after it has moved."""
+        if np.linalg.norm(centre - self._centre) > _RECENTRE:
+            near = _ring(self._near_surface, centre, 0.0, _NEAR_RANGE)
+            far = _ring(self._far_surface, centre, _NEAR_RANGE, _FAR_RANGE)
+            self._centre, self._around = centre, np.concatenate([near, far])
+        return self._around
 
     def _look(self, state: RobotState, rng: np.random.Generator) -> np.ndarray:
         T_world_camera = state.T_world_base @ self._model.T_base_camera

@@ -23,8 +23,8 @@ class ControlPreset:
     Attributes:
         objective: Weights.
         witnesses: Obstacle points a body; the paper has one.
-        influence: Obstacle points farther from a body than this are left out [m]: the way in which
-            the LD-60 stops from full speed, and a little more.
+        influence: Obstacle points that stay farther than this from a body even if it brakes only
+            now [m] are left out: no body gains the speed within a tick that would make them matter.
         spacing: Least distance between two obstacle points of a body [m].
         gain: Barrier gain of the avoidance rows [1/s].
         margin: Distance psi to obstacles that is kept [m].
@@ -34,7 +34,7 @@ class ControlPreset:
 
     objective: Objective = field(default_factory=Objective)
     witnesses: int = 8
-    influence: float = 2.0
+    influence: float = 1.0
     spacing: float = 0.12
     gain: float = 2.0
     margin: float = 0.05

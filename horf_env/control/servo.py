@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import pinocchio as pin
 
 from horf_env.types import FloatArray
 
@@ -24,7 +24,7 @@ def deviation(T_world_ee: FloatArray, T_world_goal: FloatArray, R_base: FloatArr
         base; shape (6,).
     """
     position = R_base.T @ (T_world_goal[:3, 3] - T_world_ee[:3, 3])
-    turn = Rotation.from_matrix(T_world_goal[:3, :3] @ T_world_ee[:3, :3].T).as_rotvec()
+    turn = pin.log3(T_world_goal[:3, :3] @ T_world_ee[:3, :3].T)
     return np.concatenate([position, R_base.T @ turn])
 
 

@@ -109,10 +109,17 @@ def _beyond(x: float, lower: float, upper: float) -> float:
 
 
 @njit(cache=True, fastmath={"nnan", "nsz", "contract"})
-def _box_distances(
-    axes: FloatArray, pose: FloatArray, box: FloatArray, local: FloatArray, squared: FloatArray
+def _approach(
+    axes: FloatArray,
+    pose: FloatArray,
+    box: FloatArray,
+    twist: FloatArray,
+    braking: float,
+    local: FloatArray,
+    distance: FloatArray,
+    remaining: FloatArray,
 ) -> None:
-    """Write all points in the frame of a body, and their squared distances to its box.
+    """Write all points in the frame of a body, and how far its box is from them, now and stopped.
 
     Without branches and with the coordinates apart, so that it compiles to vector instructions;
     that takes minima that need not care about NaN (the points are known to be finite).
@@ -121,28 +128,34 @@ def _box_distances(
         axes: World coordinates, shape (3, N), m.
         pose: T_world_body, shape (4, 4).
         box: Lower and upper corner, shape (2, 3), m.
+        twist: Velocity of the body (linear; angular) in its own frame, shape (6,).
+        braking: Deceleration [m/s^2].
         local: Written, shape (3, N), m.
-        squared: Written, shape (N,), m^2.
+        distance: Written: distance from the box, shape (N,), m.
+        remaining: Written: the same less the way towards the point while braking, shape (N,), m.
     """
     r00, r01, r02, t0 = pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3]
     r10, r11, r12, t1 = pose[1, 0], pose[1, 1], pose[1, 2], pose[1, 3]
     r20, r21, r22, t2 = pose[2, 0], pose[2, 1], pose[2, 2], pose[2, 3]
     x0, y0, z0 = box[0, 0], box[0, 1], box[0, 2]
     x1, y1, z1 = box[1, 0], box[1, 1], box[1, 2]
-    for i in range(len(squared)):
+    v0, v1, v2, w0, w1, w2 = twist[0], twist[1], twist[2], twist[3], twist[4], twist[5]
+    per_speed = 0.5 / braking
+    for i in range(len(distance)):
         dx, dy, dz = axes[0, i] - t0, axes[1, i] - t1, axes[2, i] - t2
         x = r00 * dx + r10 * dy + r20 * dz
         y = r01 * dx + r11 * dy + r21 * dz
         z = r02 * dx + r12 * dy + r22 * dz
         local[0, i], local[1, i], local[2, i] = x, y, z
         ox, oy, oz = _beyond(x, x0, x1), _beyond(y, y0, y1), _beyond(z, z0, z1)
-        squared[i] = ox * ox + oy * oy + oz * oz
-
-
-@njit(cache=True)
-def _stopping_distance(approach: float, braking: float) -> float:
-    """Way that a body goes towards a point while it brakes [m]."""
-    return max(approach, 0.0) ** 2 / (2.0 * braking)
+        squared = ox * ox + oy * oy + oz * oz
+        # Speed towards the point times the distance from it.
+        towards = (
+            (v0 + w1 * z - w2 * y) * ox + (v1 + w2 * x - w0 * z) * oy + (v2 + w0 * y - w1 * x) * oz
+        )
+        towards = max(towards, 0.0)
+        distance[i] = np.sqrt(squared)
+        remaining[i] = distance[i] - per_speed * towards * towards / max(squared, 1e-12)
 
 
 @njit(cache=True)
@@ -185,7 +198,8 @@ def find_witnesses(
         origins: See `Fields`.
         cells: See `Fields`.
         field_reach: Padding of the widest fields; bounding boxes alone serve beyond it [m].
-        cutoff: Points farther than this from a body are left out [m].
+        cutoff: Points that stay farther than this from a body even if it brakes only now [m] are
+            left out.
         spacing: Least distance between two witness points of a body [m].
         braking: Deceleration behind the order of the witness points [m/s^2]; inf for none.
         distances: Written, shape (B, K), m; the nearest first.
@@ -194,7 +208,7 @@ def find_witnesses(
     """
     n, count = len(points), distances.shape[1]
     axes = points.T.copy()
-    everywhere, squared = np.empty((3, n)), np.empty(n)
+    everywhere, far, remaining = np.empty((3, n)), np.empty(n), np.empty(n)
     local, normal = np.empty((n, 3)), np.empty(3)
     near, lower, key = np.empty(n, np.int64), np.empty(n), np.empty(n)
     for b in range(first_body, len(poses)):
@@ -202,12 +216,11 @@ def find_witnesses(
         diagonal = np.sqrt(((box[1] - box[0]) ** 2).sum())
         first, last = body_start[b], body_start[b + 1]
         found, best_upper, chosen, least = 0, np.inf, -1, np.inf
-        v, w = twists[b, :3], twists[b, 3:]
-        _box_distances(axes, poses[b], box, everywhere, squared)
+        _approach(axes, poses[b], box, twists[b], braking, everywhere, far, remaining)
         for i in range(n):
-            if squared[i] > cutoff * cutoff:
+            if remaining[i] > cutoff:
                 continue
-            length = np.sqrt(squared[i])
+            length = far[i]
             x, y, z = everywhere[0, i], everywhere[1, i], everywhere[2, i]
             local[found, 0], local[found, 1], local[found, 2], near[found] = x, y, z, i
             low, high = (length if length > 0.0 else -np.inf), length + diagonal
@@ -215,16 +228,7 @@ def find_witnesses(
                 low, high = _bounds(x, y, z, first, last, low, high, values, origins, cells)
             if high < best_upper:
                 best_upper, chosen = high, found
-            approach = 0.0
-            if length > 0.0:
-                ox = _beyond(x, box[0, 0], box[1, 0])
-                oy = _beyond(y, box[0, 1], box[1, 1])
-                oz = _beyond(z, box[0, 2], box[1, 2])
-                vx = v[0] + w[1] * z - w[2] * y
-                vy = v[1] + w[2] * x - w[0] * z
-                vz = v[2] + w[0] * y - w[1] * x
-                approach = (vx * ox + vy * oy + vz * oz) / length
-            lower[found], key[found] = low, low - _stopping_distance(approach, braking)
+            lower[found], key[found] = low, low - length + remaining[i] if length > 0.0 else low
             found += 1
         if chosen >= 0:
             least = exact_distance(

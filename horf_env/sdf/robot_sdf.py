@@ -153,7 +153,8 @@ class RobotSdf:
             state: State of the robot.
             count: Points a body, K.
             spacing: Least distance between two points of a body [m].
-            cutoff: Points farther than this from a body are left out [m].
+            cutoff: Points that stay farther than this from a body even if it brakes only now [m]
+                are left out.
             velocity: Present velocity of the robot, shape (9,); at rest without it.
             braking: Deceleration that a body can count on [m/s^2].
             first_body: Bodies before this one get no witness.
