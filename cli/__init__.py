@@ -1,0 +1,1 @@
+"""Command line of horf: the only place where learning and robot meet."""

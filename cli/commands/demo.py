@@ -1,0 +1,81 @@
+"""`horf demo`: the robot in all four scenes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..options import Json
+
+if TYPE_CHECKING:
+    from ..episodes import Trial
+
+_METHOD = "hra"
+"""The best method that needs no training."""
+
+
+def demo(
+    out: Annotated[
+        Path, typer.Option(help="Folder to make; a number is added to the name if it is taken.")
+    ] = Path("demo"),
+    instance: Annotated[int, typer.Option(min=0, help="Test instance of each scene.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Drive the robot through one instance of each scene: table, recordings, pictures.
+
+    Watch a recording afterwards with `horf replay`.
+    """
+    from horf_env.scenes import SCENES, test_instance
+
+    from ..console import notes, print_json, results
+    from ..folders import new_folder
+    from ..tables import trial_table
+
+    for scene in SCENES:
+        test_instance(scene, instance)  # a wrong number is refused before a folder is made
+    folder = new_folder(out)
+    trials = []
+    with notes().status("loading") as status:
+        for scene in SCENES:
+            status.update(f"driving through scene {scene}")
+            trials.append(_drive(scene, instance, folder))
+    if as_json:
+        print_json({"folder": str(folder), "trials": [asdict(trial) for trial in trials]})
+        return
+    console = results()
+    console.print(trial_table(trials, title=f"{_METHOD}, instance {instance} of each scene"))
+    console.print(f"recordings (.rrd) and pictures (.png): {folder}")
+
+
+def _drive(scene: str, instance: int, folder: Path) -> Trial:
+    from horf_env.planners import PLANNERS
+    from horf_env.recording import EpisodeRecorder
+    from horf_env.robot import RobotState
+
+    from ..environments import EnvSettings, make_env, reach_env
+    from ..episodes import run_episode
+    from ..path_figure import save_path_figure
+    from ..recordings import save_recording
+
+    planner, recorder = PLANNERS[_METHOD](), EpisodeRecorder()
+    states: list[RobotState] = []
+    env = make_env(EnvSettings(scene=scene, action_layer=planner.action_layer))
+    trial = run_episode(
+        env,
+        planner,
+        method=_METHOD,
+        scene=scene,
+        instance=instance,
+        observers=[
+            lambda inner: recorder.add(inner.record),
+            lambda inner: states.append(inner.record.state),
+        ],
+    )
+    stem = f"{scene}-{instance}"
+    save_recording(recorder, env, trial, split="test", path=folder / f"{stem}.rrd")
+    save_path_figure(folder / f"{stem}.png", scene=reach_env(env).scene, states=states, trial=trial)
+    env.close()
+    return trial

@@ -1,0 +1,88 @@
+"""The environment of an experiment, from typed settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+import gymnasium as gym
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+import horf_env
+from horf_env.control import ACTION_LAYERS, control_preset
+from horf_env.env import HorfReachEnv
+from horf_env.errors import UnknownNameError
+from horf_env.robot import limits_profile
+from horf_env.scenes import SCENES
+from horf_env.scenes.instances import instances
+from horf_env.scenes.source import scene_source
+from horf_env.sensing import PERCEPTIONS
+from horf_env.simulation import MODES
+from horf_env.types import FloatArray
+
+Env = gym.Env[dict[str, np.ndarray], FloatArray]
+
+gym.register_envs(horf_env)
+
+
+class EnvSettings(BaseModel):
+    """Arguments of `horf/Reach-v0`; see there."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scene: str
+    action_layer: str = "sdf_qp"
+    control: str = "default"
+    limits: str = "ld60"
+    perception: str = "camera"
+    simulation: str = "kinematic"
+
+    def check(self) -> None:
+        """Refuse what `make_env` would refuse, in a moment instead of seconds.
+
+        Raises:
+            UnknownNameError: If one of the names is not valid.
+            SceneFileError: If the scene file cannot be used.
+        """
+        scene_source(self.scene)
+        control_preset(self.control)
+        limits_profile(self.limits)
+        for kind, name, valid in (
+            ("action layer", self.action_layer, ACTION_LAYERS),
+            ("perception", self.perception, PERCEPTIONS),
+            ("simulation mode", self.simulation, MODES),
+        ):
+            if name not in valid:
+                raise UnknownNameError(kind, name, valid)
+
+    @property
+    def scene_name(self) -> str:
+        """Name of the scene without folders: part of file names."""
+        return Path(self.scene).stem
+
+
+def make_env(settings: EnvSettings) -> Env:
+    """Make the environment.
+
+    Raises:
+        UnknownNameError: If one of the names is not valid.
+        SceneFileError: If the scene file cannot be used.
+    """
+    env: Env = gym.make("horf/Reach-v0", **settings.model_dump())
+    return env
+
+
+def reach_env(env: Env) -> HorfReachEnv:
+    """The environment below all wrappers."""
+    return cast(HorfReachEnv, env.unwrapped)
+
+
+def instance_options(scene: str, split: str, instance: int) -> dict[str, Any]:
+    """Options of `reset` for an instance of a split; a scene file has one scene and no options."""
+    return {"instance": instance, "split": split} if scene in SCENES else {}
+
+
+def test_instances(scene: str) -> int:
+    """How many test instances a scene has; a scene file is one."""
+    return len(instances(scene).test) if scene in SCENES else 1

@@ -1,0 +1,53 @@
+"""Options that several commands share, with the same names, help and completion."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+# Panels of the help text.
+EXPERIMENT = "Experiment"
+EXECUTION = "Execution"
+OUTPUT = "Output"
+
+
+def _complete_scenes(incomplete: str) -> list[str]:
+    from horf_env.scenes import SCENES
+
+    return [name for name in SCENES if name.startswith(incomplete)]
+
+
+def listed(text: str) -> list[str]:
+    """Names in a list with commas, each once, in their order."""
+    return list(dict.fromkeys(name.strip() for name in text.split(",")))
+
+
+Scene = Annotated[
+    str,
+    typer.Option(
+        help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
+        autocompletion=_complete_scenes,
+        rich_help_panel=EXPERIMENT,
+    ),
+]
+Control = Annotated[
+    str, typer.Option(help="Preset of the QP: default or paper.", rich_help_panel=EXPERIMENT)
+]
+Limits = Annotated[
+    str, typer.Option(help="Limits profile: ld60 or paper.", rich_help_panel=EXPERIMENT)
+]
+Perception = Annotated[
+    str,
+    typer.Option(
+        help="What the action layer knows: camera, or full for the true surfaces.",
+        rich_help_panel=EXPERIMENT,
+    ),
+]
+Simulation = Annotated[
+    str,
+    typer.Option(help="kinematic (exact) or dynamic (motors).", rich_help_panel=EXPERIMENT),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as JSON.", rich_help_panel=OUTPUT)
+]

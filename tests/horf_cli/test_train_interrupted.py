@@ -1,0 +1,40 @@
+import signal
+import subprocess
+import sys
+
+import pytest
+from horf_cli.policies import load_policy
+from horf_cli.runs import RunFolder
+
+TIMEOUT = 120.0  # s, on a busy machine
+
+
+@pytest.fixture
+def training(tmp_path):
+    """`horf train` that would take hours, after its first steps."""
+    command = [sys.executable, "-c", "from horf_cli.main import main; main()", "train"]
+    options = ["--scene", "room", "--steps", "1000", "--out", str(tmp_path)]
+    process = subprocess.Popen(
+        [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def test_ctrl_c_leaves_a_loadable_checkpoint_and_says_where(training, tmp_path):
+    assert training.stderr is not None
+    for line in training.stderr:
+        if line.startswith("step "):
+            break
+    training.send_signal(signal.SIGINT)
+    out, err = training.communicate(timeout=TIMEOUT)
+    assert training.returncode == 130, err
+    (path,) = tmp_path.glob("room/bayes_dsac/*")
+    folder = RunFolder(path)
+    manifest = folder.read()
+    assert manifest.status == "interrupted"
+    assert manifest.steps_done >= 100
+    assert str(folder.last) in out
+    assert load_policy(path).action_layer == "sdf_qp"
+    assert "Traceback" not in err
