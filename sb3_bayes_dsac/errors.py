@@ -1,0 +1,50 @@
+"""Errors of this package: each names the argument, its value and the cure."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class BayesDsacError(Exception):
+    """Root of all errors that `sb3_bayes_dsac` raises on purpose."""
+
+
+class ArgumentError(BayesDsacError, ValueError):
+    """An argument that no algorithm of this package can work with.
+
+    Attributes:
+        argument: Name of the argument.
+        value: What was given.
+        cure: What to give instead.
+    """
+
+    def __init__(self, argument: str, value: object, cure: str) -> None:
+        self.argument = argument
+        self.value = value
+        self.cure = cure
+        super().__init__(f"{argument}={value!r}: {cure}")
+
+
+def choose(argument: str, name: str, valid: Mapping[str, T]) -> T:
+    """Look a name up among the valid ones.
+
+    Args:
+        argument: Name of the argument that carries the name, for the error.
+        name: What was given.
+        valid: All valid names with what they stand for.
+
+    Returns:
+        What the name stands for.
+
+    Raises:
+        ArgumentError: The name is not a valid one; lists the valid names, the nearest first.
+    """
+    if name in valid:
+        return valid[name]
+    near = difflib.get_close_matches(str(name), valid, n=1, cutoff=0.4)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise ArgumentError(argument, name, f"{hint}valid are {', '.join(map(repr, sorted(valid)))}")

@@ -1,0 +1,247 @@
+"""One whole gradient step against an independent float64 transcription of the formulas.
+
+Plain gradient descent with learning rate 1 turns the change of each weight into its gradient.
+The transcription evaluates every network on its own, layer by layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import torch as th
+
+from sb3_bayes_dsac import DSACT
+from sb3_bayes_dsac.common.critics import GaussianCritics
+from sb3_bayes_dsac.common.diagnostics import ScalarMeans
+
+MakeModel = Callable[..., DSACT]
+Fill = Callable[[DSACT, int], None]
+Weights = dict[str, th.Tensor]
+Returns = list[tuple[th.Tensor, th.Tensor]]
+
+GAMMA, TAU, ALPHA, BATCH = 0.9, 0.1, 0.3, 48
+
+
+class Draw(NamedTuple):
+    """Random numbers that a step used: actions in [-1, 1] before the squashing, log densities."""
+
+    raw_actions: th.Tensor
+    log_prob: th.Tensor
+
+
+def doubles(module: th.nn.Module) -> Weights:
+    """Weights of a module as float64 leaves."""
+    return {
+        name: value.detach().double().requires_grad_() for name, value in module.named_parameters()
+    }
+
+
+def critic(weights: Weights, i: int, obs: th.Tensor, actions: th.Tensor) -> Any:
+    """Mean and deviation of critic i."""
+    x = th.cat([obs, actions], dim=1)
+    for layer in (0, 2):
+        x = th.relu(
+            x @ weights[f"ensemble.{layer}.weight"][i] + weights[f"ensemble.{layer}.bias"][i, 0]
+        )
+    head = x @ weights["ensemble.4.weight"][i] + weights["ensemble.4.bias"][i, 0]
+    return head[:, 0], th.log1p(th.exp(head[:, 1]))
+
+
+def fuse(fusion: str, returns: Returns) -> tuple[th.Tensor, th.Tensor]:
+    """Fused mean and deviation, by the formulas with squares."""
+    if fusion == "min":
+        rows = [
+            min(((q[k], s[k]) for q, s in returns), key=lambda p: p[0].item()) for k in range(BATCH)
+        ]
+        return th.stack([q for q, _ in rows]), th.stack([s for _, s in rows])
+    precision = th.stack([1 / s**2 for _, s in returns]).sum(dim=0)
+    mean = th.stack([q / s**2 for q, s in returns]).sum(dim=0) / precision
+    variance = 1 / precision * (len(returns) if fusion == "log_pool" else 1)
+    return mean, variance.sqrt()
+
+
+def actor_sample(weights: Weights, obs: th.Tensor, raw: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
+    """Actions and log densities as functions of the actor's weights, the noise being fixed."""
+    x = obs
+    for layer in (0, 2):
+        x = th.relu(x @ weights[f"latent_pi.{layer}.weight"].T + weights[f"latent_pi.{layer}.bias"])
+    mean = x @ weights["mu.weight"].T + weights["mu.bias"]
+    log_std = (x @ weights["log_std.weight"].T + weights["log_std.bias"]).clamp(-20, 2)
+    noise = ((raw - mean) / log_std.exp()).detach()
+    sample = mean + log_std.exp() * noise
+    actions = th.tanh(sample)
+    log_prob = -0.5 * noise**2 - log_std - 0.5 * np.log(2 * np.pi)
+    return actions, (log_prob - th.log(1 - actions**2 + 1e-6)).sum(dim=1)
+
+
+def record_draws(model: DSACT, monkeypatch: pytest.MonkeyPatch) -> dict[str, Draw]:
+    """Let the model's actors note what they draw."""
+    draws: dict[str, Draw] = {}
+
+    def spy(name: str) -> None:
+        actor = getattr(model, name)
+        sample = actor.sample
+
+        def noting(features: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
+            actions, log_prob = sample(features)
+            raw = actor.action_dist.gaussian_actions
+            draws[name] = Draw(raw.detach().double(), log_prob.detach().double())
+            return actions, log_prob
+
+        monkeypatch.setattr(actor, "sample", noting)
+
+    spy("actor")
+    spy("actor_target")
+    return draws
+
+
+def expect(
+    model: DSACT, draws: dict[str, Draw], batch: Any, noise: th.Tensor, before: dict[str, Weights]
+) -> tuple[Weights, Weights, list[th.Tensor]]:
+    """Gradients of critics and actor, and the new mean deviations, by the printed formulas."""
+    n = model.critic.n_critics
+    obs, actions = batch.observations.double(), batch.actions.double()
+    next_obs, next_actions = (
+        batch.next_observations.double(),
+        th.tanh(draws["actor_target"].raw_actions),
+    )
+    reward, done = batch.rewards.double().flatten(), batch.dones.double().flatten()
+    target_returns = [critic(before["critic_target"], i, next_obs, next_actions) for i in range(n)]
+    q_next, std_next = fuse(model.fusion, target_returns)
+    entropy = -ALPHA * draws["actor_target"].log_prob
+    t_q = reward + (1 - done) * GAMMA * (q_next + entropy)
+    t_z = reward + (1 - done) * GAMMA * (q_next + std_next * noise.clamp(-3, 3) + entropy)
+
+    running = []
+    surrogate = th.zeros((), dtype=th.float64)
+    for i in range(n):
+        q, std = critic(before["critic"], i, obs, actions)
+        m = 0.3 + TAU * (std.detach().mean() - 0.3)
+        running.append(m)
+        b, omega = 3 * m, m**2
+        clipped = th.minimum(th.maximum(t_z, q - b), q + b)
+        factor_q = -(t_q - q) / (std**2 + 0.1)
+        factor_std = -((clipped - q) ** 2 - std**2) / (std**3 + 0.1)
+        row = factor_q.detach() * q + factor_std.detach() * std
+        surrogate = surrogate + (omega + 0.1) * row.mean()
+    critic_leaves = before["critic"]
+    critic_gradients = th.autograd.grad(surrogate, list(critic_leaves.values()))
+
+    new_actions, log_prob = actor_sample(before["actor"], obs, draws["actor"].raw_actions)
+    returns = [critic(before["critic"], i, obs, new_actions) for i in range(n)]
+    if model.detach_fusion_weights:
+        returns = [(q, std.detach()) for q, std in returns]
+    q_fused, _ = fuse(model.fusion, returns)
+    j_pi = (q_fused - ALPHA * log_prob).mean()
+    actor_leaves = before["actor"]
+    actor_gradients = th.autograd.grad(-j_pi, list(actor_leaves.values()))
+    return (
+        dict(zip(critic_leaves, critic_gradients, strict=True)),
+        dict(zip(actor_leaves, actor_gradients, strict=True)),
+        running,
+    )
+
+
+@pytest.mark.parametrize("detach", [False, True])
+@pytest.mark.parametrize("fusion", ["product", "log_pool", "min"])
+@pytest.mark.parametrize("n_critics", [1, 2, 3])
+def test_step_follows_the_formulas(
+    make_model: MakeModel,
+    fill: Fill,
+    monkeypatch: pytest.MonkeyPatch,
+    n_critics: int,
+    fusion: str,
+    detach: bool,
+) -> None:
+    model = make_model(
+        policy_kwargs={"n_critics": n_critics, "optimizer_class": th.optim.SGD},
+        learning_rate=1.0,
+        gamma=GAMMA,
+        tau=TAU,
+        ent_coef=ALPHA,
+        policy_delay=1,
+        fusion=fusion,
+        detach_fusion_weights=detach,
+    )
+    fill(model, 200)
+    th.manual_seed(n_critics)
+    for network in (model.critic, model.critic_target):
+        for weight in network.parameters():
+            th.nn.init.normal_(weight, std=0.4)
+    model.mean_std.fill_(0.3)
+    assert model.replay_buffer is not None
+    batch = model.replay_buffer.sample(BATCH)
+    noise = 2 * th.randn(BATCH)
+    names = ("actor", "actor_target", "critic", "critic_target")
+    before = {name: doubles(getattr(model, name)) for name in names}
+    draws = record_draws(model, monkeypatch)
+    monkeypatch.setattr(model.replay_buffer, "sample", lambda *_, **__: batch)
+    monkeypatch.setattr(th, "randn_like", lambda _: noise)
+
+    model.train(1, BATCH)
+
+    critic_gradients, actor_gradients, running = expect(model, draws, batch, noise.double(), before)
+    for name, gradients in (("critic", critic_gradients), ("actor", actor_gradients)):
+        for key, weight in getattr(model, name).named_parameters():
+            change = before[name][key].detach() - weight.detach().double()
+            scale = max(gradients[key].abs().max().item(), 1e-3)
+            th.testing.assert_close(change, gradients[key], rtol=1e-3, atol=1e-4 * scale + 1e-6)
+            averaged = (1 - TAU) * before[f"{name}_target"][key] + TAU * weight.double()
+            target = dict(getattr(model, f"{name}_target").named_parameters())[key]
+            th.testing.assert_close(target.double(), averaged, rtol=1e-5, atol=1e-6)
+    th.testing.assert_close(model.mean_std.double(), th.stack(running), rtol=1e-5, atol=1e-7)
+
+
+def test_detached_weights_change_the_actors_gradient_and_nothing_else(
+    make_model: MakeModel, fill: Fill
+) -> None:
+    after = []
+    for detach in (False, True):
+        model = make_model(policy_delay=1, detach_fusion_weights=detach)
+        for weight in model.critic.parameters():
+            weight.data.mul_(3.0)
+        fill(model, 100)
+        th.manual_seed(0)
+        np.random.seed(0)
+        model.train(1, BATCH)
+        after.append(model)
+    critics: list[GaussianCritics] = [model.critic for model in after]
+    for a, b in zip(critics[0].parameters(), critics[1].parameters(), strict=True):
+        th.testing.assert_close(a.grad, b.grad)
+    literal, detached = (next(model.actor.parameters()).grad for model in after)
+    assert literal is not None
+    assert detached is not None
+    assert not th.allclose(literal, detached)
+
+
+def test_temperature_rises_when_entropy_is_below_its_target(
+    make_model: MakeModel, fill: Fill
+) -> None:
+    for target_entropy, direction in ((50.0, 1.0), (-50.0, -1.0)):
+        model = make_model(ent_coef="auto_0.5", target_entropy=target_entropy, policy_delay=1)
+        fill(model, 50)
+        model.train(3, 16)
+        assert direction * (model.log_ent_coef.exp().item() - 0.5) > 0.0
+
+
+def test_n_step_discounts_are_respected(
+    make_model: MakeModel, fill: Fill, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = make_model(n_steps=3, gamma=GAMMA, ent_coef=0.0)
+    fill(model, 100)
+    assert model.replay_buffer is not None
+    batch = model.replay_buffer.sample(BATCH)
+    assert batch.discounts is not None
+    assert batch.discounts.min() < batch.discounts.max()
+    monkeypatch.setattr(th, "randn_like", th.zeros_like)
+    th.manual_seed(0)
+    with th.no_grad():
+        features, _ = model.policy.target_features(batch.next_observations)
+        actions, _ = model.actor_target.sample(features)
+        value = model.fuse(*model.critic_target(batch.next_observations, actions)).mean
+    expected = batch.rewards.flatten() + ((1 - batch.dones) * batch.discounts).flatten() * value
+    th.manual_seed(0)
+    th.testing.assert_close(model._target(batch, ScalarMeans()).mean, expected)
