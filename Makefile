@@ -10,7 +10,7 @@ export OMP_NUM_THREADS ?= 1
 .PHONY: demo test lint bench docs clean
 
 demo: $(STAMP)
-	$(BIN)/horf train --algo bayes_dsac --scene room --steps 4000
+	$(BIN)/horf train --algo bayes_dsac --scene room --steps 3000 --evaluate-every 3000 --evaluation-episodes 1 --final-episodes 2
 	$(BIN)/horf demo
 
 test: $(STAMP)

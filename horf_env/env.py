@@ -40,12 +40,13 @@ Observation = dict[str, np.ndarray]
 class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     """Bring the gripper of a mobile manipulator to a pose through clutter.
 
-    Observation:
-        depth: Last five depth images, oldest first, uint8, shape (5, H, W); 0 = nothing measured,
-            1 to 255 = near to far.
-        state: Arm joints [rad] (7), velocity of base and arm [m/s, rad/s] (9), position of the end
-            effector in the frame of the base [m] (3).
-        deviation: Position error [m] and rotation vector [rad] to the goal in base axes (6).
+    The observation is a dict:
+
+    - `depth`: last five depth images, oldest first, uint8, shape (5, H, W); 0 = nothing measured,
+      1 to 255 = near to far.
+    - `state`: arm joints [rad] (7), velocity of base and arm [m/s, rad/s] (9), position of the end
+      effector in the frame of the base [m] (3).
+    - `deviation`: position error [m] and rotation vector [rad] to the goal in base axes (6).
 
     Action in [-1, 1]: EE twist in base axes, scaled to the limits profile's `twist_scale`; for
     `action_layer="joint_velocity"` the nine velocities, scaled to the limits. Numbers outside of
