@@ -53,7 +53,8 @@ class DSACT(OffPolicyAlgorithm):
         env: Environment or its registered name.
         policy_delay: Gradient steps per update of actor, entropy coefficient and all targets; it
             takes the place of SAC's `target_update_interval`. Counted over the whole training,
-            also when `gradient_steps` is above 1.
+            also when `gradient_steps` is above 1. With the default 2, DSAC-T's, actor and targets
+            move at half of SAC's rate; 1 learns sooner on a short budget.
         fusion: How the critics' returns become one: "min" (DSAC-T), "product" (Bayes-DSAC) or
             "log_pool"; None means the rule of the class, `default_fusion`. `fuse` may be
             overridden for others.
