@@ -14,7 +14,7 @@ from horf_env.robot.manipulability import manipulability_gradient
 from horf_env.types import FloatArray
 
 # The position error that scales the weights stays in this range [m]: no division by zero at the
-# goal, and far from it no weight vanishes (notes on the paper's lambda_qd = {1/s_dev, s_dev}).
+# goal, and far from it no weight vanishes (the paper prints lambda_qd = {1/s_dev, s_dev}).
 _NEAR, _FAR = 0.05, 4.0
 
 
