@@ -33,10 +33,10 @@ _SELF_FILTER_NOISY = 0.03  # m; the D435's error at arm's length
 # they are wider apart. Spacings in m.
 _NEAR_RANGE, _NEAR_SPACING = 1.5, 0.03
 _FAR_RANGE, _FAR_SPACING = 3.0, 0.08
-# The base may move this far [m] before the true points around it are chosen anew.
-_RECENTRE = 0.1
 # The same for the points of the five frames, which are thinned to one in each voxel [m].
 _NEAR_VOXEL, _FAR_VOXEL = 0.02, 0.08
+# The base may move this far [m] before the true points around it are chosen anew.
+_RECENTRE = 0.1
 
 
 class Senses:
