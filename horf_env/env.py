@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from horf_env.control import (
     Command,
+    ControlPreset,
     Sensed,
     action_layer,
     control_preset,
@@ -62,7 +63,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         scene: str = "forest",
         *,
         action_layer: str = "sdf_qp",
-        control: str = "default",
+        control: str | ControlPreset = "default",
         limits: str = "ld60",
         simulation: str = "kinematic",
         perception: str = "camera",
@@ -74,8 +75,9 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
 
         Args:
             scene: "aisle", "room", "forest", "doorway", or the path of a scene file.
-            action_layer: What turns an action into a velocity: "sdf_qp" or "joint_velocity".
-            control: Preset of the QP: "default" or "paper".
+            action_layer: What turns an action into a velocity: "sdf_qp", "sampled_qp" or
+                "joint_velocity".
+            control: Settings of the QP, or the preset "default", "paper" or "hra".
             limits: Limits profile: "ld60" or "paper".
             simulation: "kinematic" (exact, deterministic) or "dynamic" (velocity motors).
             perception: "camera", or "full": true surface points for the action layer.

@@ -60,3 +60,7 @@ class SceneFileError(HorfEnvError, ValueError):
 
 class InvalidActionError(HorfEnvError, ValueError):
     """An action of the wrong shape or with a non-finite number; nothing has moved."""
+
+
+class SolverError(HorfEnvError, RuntimeError):
+    """A QP solver, asked for by name, found no solution."""

@@ -1,12 +1,7 @@
 """Control layer: servo, limits, avoidance rows, whole-body QP."""
 
-from horf_env.control.action_layer import (
-    ACTION_LAYERS,
-    ActionLayer,
-    Command,
-    Sensed,
-    action_layer,
-)
+from horf_env.control.action_layer import ACTION_LAYERS, ActionLayer, action_layer
+from horf_env.control.command import Command, Sensed
 from horf_env.control.presets import PRESETS, ControlPreset, control_preset
 from horf_env.control.qp import QpSolution, WholeBodyQp
 from horf_env.control.servo import deviation, servo_twist

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+import numba
 import numpy as np
 
 from horf_env.control.tick import ControlTick
@@ -73,32 +74,43 @@ class Avoidance:
             braking=tick.limits.braking,
             dt=tick.dt,
         )
-        says_nothing = ~np.isfinite(h) | (np.abs(G).max(axis=1) < _LEAST_GRADIENT)
-        G[says_nothing], h[says_nothing] = 0.0, _INACTIVE
+        silence(G, h)
         return G, h
 
 
 PUSH_OUT_SPEED = 0.3  # m/s; not in the paper, fits into the limits of every joint
 
 
-def allowed_approach(
-    clearance: FloatArray, *, gain: float, braking: float, dt: float
-) -> FloatArray:
+@numba.njit(cache=True)
+def allowed_approach(clearance: FloatArray, gain: float, braking: float, dt: float) -> FloatArray:
     """Greatest speed towards a point with this much room left [m/s].
 
     The least of the barrier's gain * clearance and of the speed from which the brakes still stop
     within the clearance after one more step: v dt + v^2 / (2 a) = clearance.
 
     Args:
-        clearance: Distance less the margin [m]; negative inside the margin.
+        clearance: Distance less the margin, shape (m,), m; negative inside the margin.
         gain: Barrier gain [1/s].
         braking: Deceleration that can be counted on [m/s^2]; inf for none.
         dt: Duration of a step [s].
     """
-    barrier = np.maximum(gain * clearance, -PUSH_OUT_SPEED)
-    if np.isinf(braking):
-        return barrier
-    room = np.maximum(clearance, 0.0)
+    speed = np.empty_like(clearance)
     lag = braking * dt
-    stoppable = np.sqrt(lag**2 + 2.0 * braking * room) - lag
-    return np.asarray(np.minimum(barrier, np.where(clearance > 0.0, stoppable, np.inf)))
+    for i, room in enumerate(clearance):
+        speed[i] = max(gain * room, -PUSH_OUT_SPEED)
+        if room > 0.0 and np.isfinite(lag):
+            speed[i] = min(speed[i], np.sqrt(lag**2 + 2.0 * braking * room) - lag)
+    return speed
+
+
+@numba.njit(cache=True)
+def silence(G: FloatArray, h: FloatArray) -> None:
+    """Turn rows that can say nothing into rows that always hold, in place.
+
+    Args:
+        G: Rows, shape (m, 9).
+        h: Right-hand sides, shape (m,); not finite where there is no point.
+    """
+    for i in range(len(h)):
+        if not np.isfinite(h[i]) or np.abs(G[i]).max() < _LEAST_GRADIENT:
+            G[i], h[i] = 0.0, _INACTIVE

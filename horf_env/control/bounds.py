@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+import numba
 import numpy as np
 
 from horf_env.control.tick import ControlTick
@@ -84,8 +85,9 @@ class JointDampers:
         return lower, upper
 
     def _speed(self, distance: FloatArray) -> FloatArray:
-        reach = (distance - self._stopping) / (self._influence - self._stopping)
-        return np.where(distance > self._influence, np.inf, self._gain * reach)
+        speed = (distance - self._stopping) * (self._gain / (self._influence - self._stopping))
+        speed[distance > self._influence] = np.inf
+        return speed
 
 
 def combined_bounds(limits: Sequence[Bounds], tick: ControlTick) -> tuple[FloatArray, FloatArray]:
@@ -96,7 +98,14 @@ def combined_bounds(limits: Sequence[Bounds], tick: ControlTick) -> tuple[FloatA
     """
     lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
     for limit in limits:
-        low, high = limit.bounds(tick)
-        lower, upper = np.clip(low, lower, upper), np.clip(high, lower, upper)
-        upper = np.maximum(lower, upper)
+        _intersect(lower, upper, *limit.bounds(tick))
     return lower, upper
+
+
+@numba.njit(cache=True)
+def _intersect(lower: FloatArray, upper: FloatArray, low: FloatArray, high: FloatArray) -> None:
+    """Shrink the box (lower, upper) in place by the box (low, high), which may lie outside."""
+    for i in range(len(lower)):
+        least, most = lower[i], upper[i]
+        lower[i] = min(max(low[i], least), most)
+        upper[i] = max(min(max(high[i], least), most), lower[i])

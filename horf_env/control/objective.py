@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -15,12 +17,34 @@ from horf_env.types import FloatArray
 
 # The position error that scales the weights stays in this range [m]: no division by zero at the
 # goal, and far from it no weight vanishes (the paper prints lambda_qd = {1/s_dev, s_dev}).
-_NEAR, _FAR = 0.05, 4.0
+NEAR, FAR = 0.05, 4.0
 
 
 @dataclass(frozen=True)
-class Objective:
-    """Weights of the objective.
+class Terms:
+    """Numbers of the objective at one tick.
+
+    Attributes:
+        weights: Diagonal of W, shape (9,).
+        linear: Linear term c, shape (9,).
+        slack_weight: Weight of the EE slack.
+    """
+
+    weights: FloatArray
+    linear: FloatArray
+    slack_weight: float
+
+
+class Objective(Protocol):
+    """What the QP minimises."""
+
+    def terms(self, tick: ControlTick) -> Terms:
+        """Weights of this tick."""
+
+
+@dataclass(frozen=True)
+class ScaledObjective:
+    """The paper's weights: the farther the goal, the cheaper the base and the dearer the arm.
 
     Attributes:
         base_weight: Base weight is base_weight / s for a position error s: far away the base is
@@ -41,19 +65,30 @@ class Objective:
     manipulability_gain: float = 1.0
     preferred_velocity: bool = True
 
-    def terms(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        """Diagonal of W and linear term c, each of shape (9,)."""
-        scale = float(np.clip(tick.position_error, _NEAR, _FAR))
+    def terms(self, tick: ControlTick) -> Terms:
+        """See `Objective`."""
+        scale = min(max(tick.position_error, NEAR), FAR)
         weights = np.full(9, self.arm_weight * scale)
         weights[:2] = self.base_weight / scale
-        pull = np.zeros(9)
-        pull[1] = self.heading_gain * _bearing(tick)
-        pull[2:] = self.manipulability_gain * manipulability_gradient(tick.state.ee_jacobian[:, 2:])
-        return weights, -weights * pull if self.preferred_velocity else -pull
+        pull = pulls(tick, self.heading_gain, self.manipulability_gain)
+        linear = -weights * pull if self.preferred_velocity else -pull
+        return Terms(weights, linear, self.slack_weight)
 
 
-def _bearing(tick: ControlTick) -> float:
-    """Angle of the end effector seen from the base, theta_epsilon [rad]."""
-    state = tick.state
-    ahead = state.T_world_base[:3, :3].T @ (state.T_world_ee - state.T_world_base)[:3, 3]
-    return float(np.arctan2(ahead[1], ahead[0]))
+def pulls(tick: ControlTick, heading_gain: float, manipulability_gain: float) -> FloatArray:
+    """Pull of base and arm towards a better posture: (0, k_epsilon theta_epsilon, J_m).
+
+    Args:
+        tick: State of the robot.
+        heading_gain: k_epsilon; turns the base towards the end effector.
+        manipulability_gain: Factor of J_m; 1 in the paper.
+
+    Returns:
+        Shape (9,).
+    """
+    base, ee = tick.state.T_world_base, tick.state.T_world_ee
+    forward, left = (ee[:3, 3] - base[:3, 3]) @ base[:3, :2]
+    pull = np.zeros(9)
+    pull[1] = heading_gain * math.atan2(left, forward)
+    pull[2:] = manipulability_gain * manipulability_gradient(tick.state.ee_jacobian[:, 2:])
+    return pull

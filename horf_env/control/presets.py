@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from horf_env.control.avoidance import Avoidance, Rows
 from horf_env.control.bounds import (
     AccelerationBounds,
     JointDampers,
+    LateralAccelerationBounds,
     SpeedBounds,
 )
-from horf_env.control.objective import Objective
+from horf_env.control.haviland import HavilandObjective
+from horf_env.control.objective import Objective, ScaledObjective
 from horf_env.control.qp import WholeBodyQp
+from horf_env.control.tick import ControlTick
 from horf_env.errors import UnknownNameError
 from horf_env.robot import MobileManipulator
+from horf_env.sdf import Witnesses
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,7 @@ class ControlPreset:
         avoid_own_base: Whether the arm avoids the robot's own base.
     """
 
-    objective: Objective = field(default_factory=Objective)
+    objective: Objective = field(default_factory=ScaledObjective)
     witnesses: int = 8
     influence: float = 1.0
     spacing: float = 0.12
@@ -41,63 +46,72 @@ class ControlPreset:
     own_body_margin: float = 0.03
     avoid_own_base: bool = True
 
-    def whole_body_qp(self) -> WholeBodyQp:
-        """The QP with these settings."""
-        bodies = MobileManipulator.link_names
-        rows: list[Rows] = [
-            Avoidance(
-                lambda tick: tick.obstacles,
-                label="obstacle",
-                bodies=bodies,
-                count=self.witnesses,
-                gain=self.gain,
-                margin=self.margin,
-            ),
-            Avoidance(
-                lambda tick: tick.floor,
-                label="floor",
-                bodies=bodies,
-                count=1,
-                gain=self.gain,
-                margin=self.own_body_margin,
-            ),
+    def whole_body_qp(self, obstacle_rows: Rows | None = None) -> WholeBodyQp:
+        """The QP with these settings.
+
+        Args:
+            obstacle_rows: How obstacles are avoided; by the SDF's witness points without it.
+        """
+        rows = [
+            obstacle_rows or self._obstacle_rows(),
+            self._avoidance(lambda tick: tick.floor, "floor", margin=self.own_body_margin),
         ]
         if self.avoid_own_base:
             rows.append(
-                Avoidance(
-                    lambda tick: tick.own_base,
-                    label="own base",
-                    bodies=bodies,
-                    count=1,
-                    gain=self.gain,
-                    margin=self.own_body_margin,
-                )
+                self._avoidance(lambda tick: tick.own_base, "own base", margin=self.own_body_margin)
             )
         # eta, rho_i and rho_s have no values in the paper; Haviland's.
         dampers = JointDampers(gain=1.0, influence=0.9, stopping=0.1)
-        return WholeBodyQp(self.objective, (SpeedBounds(), AccelerationBounds(), dampers), rows)
+        limits = (SpeedBounds(), AccelerationBounds(), LateralAccelerationBounds(), dampers)
+        return WholeBodyQp(self.objective, limits, rows)
+
+    def _obstacle_rows(self) -> Rows:
+        return self._avoidance(
+            lambda tick: tick.obstacles, "obstacle", count=self.witnesses, margin=self.margin
+        )
+
+    def _avoidance(
+        self,
+        witnesses: Callable[[ControlTick], Witnesses],
+        label: str,
+        *,
+        count: int = 1,
+        margin: float,
+    ) -> Rows:
+        return Avoidance(
+            witnesses,
+            label=label,
+            bodies=MobileManipulator.link_names,
+            count=count,
+            gain=self.gain,
+            margin=margin,
+        )
 
 
 PRESETS: dict[str, ControlPreset] = {
     "default": ControlPreset(),
-    # The printed formulas with the readings stated in Objective, Avoidance and JointDampers: one
-    # row a body, gain 1/s, linear term as printed, no rows for the robot's own base. The floor and
-    # the shared slack are ours: without the slack some ticks have no solution at all.
+    # The printed formulas with the readings stated in ScaledObjective, Avoidance and JointDampers:
+    # one row a body, gain 1/s, linear term as printed, no rows for the robot's own base. The floor
+    # and the shared slack are ours: without the slack some ticks have no solution at all.
     "paper": ControlPreset(
-        objective=Objective(preferred_velocity=False),
+        objective=ScaledObjective(preferred_velocity=False),
         witnesses=1,
         gain=1.0,
         avoid_own_base=False,
     ),
+    # The weights of Haviland's holistic controller; rows and limits as in the default.
+    "hra": ControlPreset(objective=HavilandObjective()),
 }
 
 
-def control_preset(name: str) -> ControlPreset:
-    """Look a preset up.
+def control_preset(preset: str | ControlPreset) -> ControlPreset:
+    """Look a preset up; settings made elsewhere pass through.
 
     Raises:
         UnknownNameError: If there is no preset of that name.
     """
-    if name not in PRESETS:
-        raise UnknownNameError("control preset", name, PRESETS)
-    return PRESETS[name]
+    if isinstance(preset, ControlPreset):
+        return preset
+    if preset not in PRESETS:
+        raise UnknownNameError("control preset", preset, PRESETS)
+    return PRESETS[preset]

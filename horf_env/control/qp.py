@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numba
 import numpy as np
 import qpsolvers
 
@@ -34,9 +35,10 @@ class QpSolution:
         velocity: Shape (9,), m/s and rad/s; always finite and within the acceleration limits.
         slack: Part of the twist that is not followed (delta of the paper), shape (6,).
         row_slack: Violation shared by all avoidance rows [m/s]; 0 if all hold.
-        status: "solved" by PIQP, "fallback" by DAQP, or "braking" because neither could.
+        status: "solved" by DAQP, "fallback" by PIQP, or "braking" because neither could.
         iterations: Iterations of the solver that answered.
         active_rows: Names of the avoidance rows that hold the robot back.
+        violated_rows: Names of those that are not kept, because rows or limits are in conflict.
         solve_time: Time to build and solve [s].
     """
 
@@ -46,6 +48,7 @@ class QpSolution:
     status: Status
     iterations: int
     active_rows: tuple[str, ...]
+    violated_rows: tuple[str, ...]
     solve_time: float
 
 
@@ -68,7 +71,7 @@ class WholeBodyQp:
         """
         self._objective, self._limits, self._rows = objective, tuple(limits), tuple(rows)
         self._names = tuple(name for row in self._rows for name in row.names())
-        self._solver, self._fallback = PiqpSolver(), DaqpSolver()
+        self._solver, self._fallback = DaqpSolver(), PiqpSolver()
 
     def solve(self, tick: ControlTick) -> QpSolution:
         """Find the velocity of this tick; always answers, never raises for a hard problem."""
@@ -81,16 +84,17 @@ class WholeBodyQp:
         if answer.x is None:
             status, velocity, row_slack = "braking", braking_velocity(tick), 0.0
         else:
-            velocity = np.clip(answer.x[:9], qp.lower[:9], qp.upper[:9])
+            velocity = np.minimum(np.maximum(answer.x[:9], qp.lower[:9]), qp.upper[:9])
             row_slack = max(float(answer.x[9]), 0.0)
-        held = qp.h - qp.G[:, :9] @ velocity < _ACTIVE
+        room = qp.h - qp.G[:, :9] @ velocity
         return QpSolution(
             velocity=velocity,
             slack=tick.twist - tick.state.ee_jacobian @ velocity,
             row_slack=row_slack,
             status=status,
             iterations=answer.iterations,
-            active_rows=tuple(self._names[i] for i in np.flatnonzero(held)),
+            active_rows=self._named(room < _ACTIVE),
+            violated_rows=self._named(room < -_ACTIVE),
             solve_time=time.perf_counter() - begin,
         )
 
@@ -100,12 +104,12 @@ class WholeBodyQp:
         Returns:
             Problem in x = (velocity (9), EE slack (6), row slack (1)).
         """
-        weights, linear = self._objective.terms(tick)
+        terms = self._objective.terms(tick)
         G, h = self._stacked_rows(tick)
         lower, upper = combined_bounds(self._limits, tick)
-        slack_weights = np.full(6, self._objective.slack_weight)
-        P = np.diag(np.concatenate([weights, slack_weights, [_ROW_SLACK_COST]]))
-        q = np.concatenate([linear, np.zeros(6), [_ROW_SLACK_COST]])
+        slack_weights = np.full(6, terms.slack_weight)
+        P = np.diag(np.concatenate([terms.weights, slack_weights, [_ROW_SLACK_COST]]))
+        q = np.concatenate([terms.linear, np.zeros(6), [_ROW_SLACK_COST]])
         unbounded = np.full(6, np.inf)
         return qpsolvers.Problem(
             P,
@@ -119,26 +123,52 @@ class WholeBodyQp:
         )
 
     def _reduced(self, tick: ControlTick) -> ReducedQp:
-        """Eliminate the EE slack: P = W + J^T L J, c = linear - J^T L twist, L = slack weight."""
-        weights, linear = self._objective.terms(tick)
+        """The problem in x = (velocity (9), row slack (1)), without the EE slack."""
+        terms = self._objective.terms(tick)
         G, h = self._stacked_rows(tick)
         lower, upper = combined_bounds(self._limits, tick)
-        J, L = tick.state.ee_jacobian, self._objective.slack_weight
-        P = np.zeros((10, 10))
-        P[:9, :9] = L * (J.T @ J)
-        P[np.arange(10), np.arange(10)] += [*weights, _ROW_SLACK_COST]
-        return ReducedQp(
-            P=P,
-            c=np.concatenate([linear - L * (J.T @ tick.twist), [_ROW_SLACK_COST]]),
-            G=np.column_stack([G, -np.ones(len(G))]),
-            h=h,
-            lower=np.concatenate([lower, [0.0]]),
-            upper=np.concatenate([upper, [_MOST_ROW_SLACK]]),
+        P, c = _eliminated(
+            tick.state.ee_jacobian, tick.twist, terms.weights, terms.linear, terms.slack_weight
         )
+        return ReducedQp(
+            P, c, _with_slack(G), h, _with_last(lower, 0.0), _with_last(upper, _MOST_ROW_SLACK)
+        )
+
+    def _named(self, rows: np.ndarray) -> tuple[str, ...]:
+        return tuple(self._names[i] for i in rows.nonzero()[0])
 
     def _stacked_rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         parts = [row.rows(tick) for row in self._rows]
         return np.vstack([G for G, _ in parts]), np.concatenate([h for _, h in parts])
+
+
+@numba.njit(cache=True)
+def _eliminated(
+    J: FloatArray, twist: FloatArray, weights: FloatArray, linear: FloatArray, L: float
+) -> tuple[FloatArray, FloatArray]:
+    """Eliminate the EE slack: P = W + J^T L J, c = linear - J^T L twist, L = slack weight."""
+    P, c = np.zeros((10, 10)), np.full(10, _ROW_SLACK_COST)
+    for i in range(9):
+        c[i] = linear[i]
+        for k in range(6):
+            c[i] -= L * J[k, i] * twist[k]
+            for j in range(9):
+                P[i, j] += L * J[k, i] * J[k, j]
+        P[i, i] += weights[i]
+    P[9, 9] = _ROW_SLACK_COST
+    return P, c
+
+
+def _with_slack(G: FloatArray) -> FloatArray:
+    extended = np.full((len(G), 10), -1.0)
+    extended[:, :9] = G
+    return extended
+
+
+def _with_last(bounds: FloatArray, last: float) -> FloatArray:
+    extended = np.full(10, last)
+    extended[:9] = bounds
+    return extended
 
 
 def braking_velocity(tick: ControlTick) -> FloatArray:

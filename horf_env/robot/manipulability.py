@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
-from horf_env.robot.vectors import cross
 from horf_env.types import FloatArray
+
+_SINGULAR = np.finfo(float).tiny  # a determinant this small is zero
 
 
 def manipulability(J: FloatArray) -> float:
@@ -29,25 +31,41 @@ def manipulability_gradient(J: FloatArray) -> FloatArray:
     Returns:
         Shape (n,); zeros at a singular configuration, where m has no gradient.
     """
+    return np.asarray(_gradient(np.ascontiguousarray(J)))
+
+
+@numba.njit(cache=True)
+def _gradient(J: FloatArray) -> FloatArray:
     gram = J @ J.T
     determinant = np.linalg.det(gram)
-    if determinant <= np.finfo(float).tiny:
+    if determinant <= _SINGULAR:
         return np.zeros(J.shape[1])
-    pseudo_inverse = np.linalg.solve(gram, J)
-    gradient = np.einsum("kj,ijk->i", pseudo_inverse, _hessian(J))
-    return np.asarray(np.sqrt(determinant) * gradient)
+    return np.sqrt(determinant) * _trace_with_hessian(J, np.linalg.solve(gram, J))
 
 
-def _hessian(J: FloatArray) -> FloatArray:
-    """dJ[k, j] / dq_i as H[i, j, k], shape (n, n, 6).
+@numba.njit(cache=True)
+def _trace_with_hessian(J: FloatArray, other: FloatArray) -> FloatArray:
+    """Inner products of dJ/dq_i with another matrix, shape (n,).
 
-    A joint turns every axis behind it, and the lever arm of the further of two joints counts:
-    linear part w_min x v_max, angular part w_i x w_j for i before j.
+    A joint turns every axis behind it, and the lever arm of the further of two joints counts: the
+    linear part of dJ_j/dq_i is w_min x v_max, the angular part w_i x w_j for i before j.
     """
-    linear, angular = J[:3].T, J[3:].T
-    n = len(angular)
-    first, second = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
-    H = np.zeros((n, n, 6))
-    H[..., :3] = cross(angular[first], linear[second])
-    H[..., 3:] = cross(angular[:, None], angular[None, :]) * np.tri(n, k=-1).T[..., None]
-    return H
+    n = J.shape[1]
+    result = np.zeros(n)
+    for i in range(n):
+        for j in range(n):
+            first, second = min(i, j), max(i, j)
+            result[i] += _triple(J[3:, first], J[:3, second], other[:3, j])
+            if i < j:
+                result[i] += _triple(J[3:, i], J[3:, j], other[3:, j])
+    return result
+
+
+@numba.njit(cache=True)
+def _triple(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """(a x b) . c."""
+    return float(
+        (a[1] * b[2] - a[2] * b[1]) * c[0]
+        + (a[2] * b[0] - a[0] * b[2]) * c[1]
+        + (a[0] * b[1] - a[1] * b[0]) * c[2]
+    )

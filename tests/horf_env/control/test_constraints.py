@@ -11,7 +11,7 @@ from horf_env.control.bounds import (
     SpeedBounds,
     combined_bounds,
 )
-from horf_env.control.objective import Objective
+from horf_env.control.objective import ScaledObjective
 from horf_env.robot import ARM_READY, LIMITS, integrate
 from horf_env.robot.manipulability import manipulability
 
@@ -121,7 +121,8 @@ def test_objective_pulls_towards_dexterity_and_the_end_effector(make_tick):
     q = QR.copy()
     q[3] = 0.8  # the arm looks to the left of the base
     tick = make_tick(q, NO_POINTS, STILL, position_error=2.0)
-    weights, linear = Objective(preferred_velocity=False).terms(tick)
+    terms = ScaledObjective(preferred_velocity=False).terms(tick)
+    weights, linear = terms.weights, terms.linear
     np.testing.assert_allclose(weights[:2], 0.01 / 2.0)
     np.testing.assert_allclose(weights[2:], 0.01 * 2.0)
     assert linear[1] < 0  # turning left lowers the cost
@@ -130,11 +131,11 @@ def test_objective_pulls_towards_dexterity_and_the_end_effector(make_tick):
     assert manipulability(state_after.ee_jacobian[:, 2:]) > manipulability(
         tick.state.ee_jacobian[:, 2:]
     )
-    _, preferred = Objective().terms(tick)
+    preferred = ScaledObjective().terms(tick).linear
     np.testing.assert_allclose(preferred, weights * linear)
 
 
 def test_weights_stay_finite_at_the_goal(make_tick):
-    weights, _ = Objective().terms(make_tick(QR, NO_POINTS, STILL, position_error=0.0))
+    weights = ScaledObjective().terms(make_tick(QR, NO_POINTS, STILL, position_error=0.0)).weights
     assert np.isfinite(weights).all()
     assert weights.max() <= 0.01 / 0.05 + 1e-12

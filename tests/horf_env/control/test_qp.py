@@ -1,13 +1,15 @@
 """The whole-body QP: both forms agree, limits hold, a solution always exists."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-import qpsolvers
 
 from horf_env.control import PRESETS, control_preset
 from horf_env.control.qp import WholeBodyQp
+from horf_env.control.reference import solve_reference
 from horf_env.control.solvers import Answer, DaqpSolver, PiqpSolver
-from horf_env.errors import UnknownNameError
+from horf_env.errors import SolverError, UnknownNameError
 from horf_env.robot import ARM_READY
 
 QR = np.concatenate([np.zeros(3), ARM_READY])
@@ -21,18 +23,17 @@ class Broken:
         return Answer(None, 0)
 
 
-@pytest.mark.parametrize("preset", ["default", "paper"])
+@pytest.mark.parametrize("preset", PRESETS)
 def test_hot_path_equals_the_paper_form_through_qpsolvers(preset, random_ticks):
     qp = control_preset("default").whole_body_qp()
-    if preset == "paper":
-        qp = WholeBodyQp(PRESETS["paper"].objective, qp._limits, qp._rows)
+    # The ticks have the witness points of the default preset.
+    qp = WholeBodyQp(PRESETS[preset].objective, qp._limits, qp._rows)
     for tick in random_ticks(40):
         solution = qp.solve(tick)
-        reference = qpsolvers.solve_problem(qp.problem(tick), solver="daqp")
-        assert reference.found
-        np.testing.assert_allclose(solution.velocity, reference.x[:9], atol=2e-3)
-        np.testing.assert_allclose(solution.slack, reference.x[9:15], atol=2e-3)
-        assert solution.row_slack == pytest.approx(reference.x[15], abs=2e-3)
+        x = solve_reference(qp.problem(tick), "daqp")
+        np.testing.assert_allclose(solution.velocity, x[:9], atol=1e-6)
+        np.testing.assert_allclose(solution.slack, x[9:15], atol=1e-6)
+        assert solution.row_slack == pytest.approx(x[15], abs=1e-6)
 
 
 def test_limits_and_rows_hold_in_every_answer(random_ticks):
@@ -75,6 +76,10 @@ def test_conflicting_obstacles_still_have_an_answer(make_tick):
     solution = qp.solve(make_tick(QR, squeezed, np.ones(6)))
     assert solution.status == "solved"
     assert np.isfinite(solution.velocity).all()
+    assert solution.row_slack > 0.01
+    violated = {name.rsplit(" ", 1)[0] for name in solution.violated_rows}
+    assert "obstacle base_link" in violated
+    assert set(solution.violated_rows) <= set(solution.active_rows)
 
 
 def test_fallback_and_braking(random_ticks):
@@ -105,6 +110,32 @@ def test_solvers_agree_and_report_infeasible_problems(random_ticks):
     impossible.h[:] = -1.0
     assert PiqpSolver().solve(impossible).x is None
     assert daqp.solve(impossible).x is None
+
+
+def test_a_fast_base_does_not_turn_sharply(make_tick):
+    qp = control_preset("default").whole_body_qp()
+    velocity = np.array([1.5, 0.3, *np.zeros(7)])
+    turn_left = np.array([1.5, 1.5, 0.0, 0.0, 0.0, 1.2])
+    tick = make_tick(QR, NO_POINTS, turn_left, velocity=velocity, position_error=4.0)
+    assert qp.solve(tick).velocity[1] == pytest.approx(tick.limits.lateral_acceleration / 1.5)
+
+
+def test_settings_of_ones_own_pass_through():
+    preset = replace(PRESETS["default"], gain=1.0)
+    assert control_preset(preset) is preset
+
+
+def test_reference_path_names_what_is_wrong(random_ticks):
+    (tick,) = random_ticks(1)
+    problem = control_preset("default").whole_body_qp().problem(tick)
+    with pytest.raises(UnknownNameError, match="unknown QP solver 'piqqp'"):
+        solve_reference(problem, "piqqp")
+    with pytest.raises(UnknownNameError, match="did you mean 'eps_abs'"):
+        solve_reference(problem, "piqp", eps_ab=1e-9)
+    with pytest.raises(UnknownNameError, match="did you mean 'iter_limit'"):
+        solve_reference(problem, "daqp", iter_limits=3)
+    with pytest.raises(SolverError, match="daqp"):
+        solve_reference(problem, "daqp", iter_limit=1)
 
 
 def test_unknown_preset():
