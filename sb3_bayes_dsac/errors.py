@@ -29,6 +29,24 @@ class ArgumentError(BayesDsacError, ValueError):
         super().__init__(f"{argument}={value!r}: {cure}")
 
 
+class FrameStackError(BayesDsacError, ValueError):
+    """Observations that are not what a buffer of frame stacks stores.
+
+    Attributes:
+        key: Key of the observation.
+        env: Number of the environment.
+    """
+
+    def __init__(self, key: str, env: int) -> None:
+        self.key = key
+        self.env = env
+        super().__init__(
+            f"next_obs[{key!r}] of environment {env} is not obs[{key!r}] shifted by one frame "
+            "along its first axis: stack single frames, newest last, leave this key out of "
+            "stacked_keys, or use DictReplayBuffer"
+        )
+
+
 def choose(argument: str, name: str, valid: Mapping[str, T]) -> T:
     """Look a name up among the valid ones.
 
