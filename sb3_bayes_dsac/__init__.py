@@ -7,5 +7,6 @@ Example:
 
 from sb3_bayes_dsac.bayes_dsac import BayesDSAC
 from sb3_bayes_dsac.dsac_t import DSACT
+from sb3_bayes_dsac.redq import REDQ
 
-__all__ = ["DSACT", "BayesDSAC"]
+__all__ = ["DSACT", "REDQ", "BayesDSAC"]

@@ -47,6 +47,10 @@ class FrameStackError(BayesDsacError, ValueError):
         )
 
 
+class UnsupportedSpaceError(ArgumentError, AssertionError):
+    """A space that the algorithm cannot act in; an AssertionError too, as SB3 raises there."""
+
+
 def choose(argument: str, name: str, valid: Mapping[str, T]) -> T:
     """Look a name up among the valid ones.
 

@@ -1,10 +1,10 @@
-"""Gaussian critics: n networks evaluated as one, mean and deviation of the return from each."""
+"""Critics in an ensemble: n networks evaluated as one."""
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import torch as th
 from gymnasium import spaces
@@ -69,10 +69,8 @@ def ensemble_mlp(
     return nn.Sequential(*layers, EnsembleLinear(n, sizes[-2], sizes[-1]))
 
 
-class GaussianCritics(BaseModel):
-    """n critics of the return's distribution, Z_i(s, a) ~ N(Q_i, sigma_i^2).
-
-    One head gives the mean and the raw deviation, sigma = softplus(raw), as in DSAC-T.
+class EnsembleCritics(BaseModel):
+    """n critics of one shape; what their outputs mean is said by each subclass.
 
     Args:
         observation_space: Observation space.
@@ -89,6 +87,7 @@ class GaussianCritics(BaseModel):
         ArgumentError: `n_critics` is below 1.
     """
 
+    n_outputs: ClassVar[int]
     features_extractor: BaseFeaturesExtractor
 
     def __init__(
@@ -112,8 +111,58 @@ class GaussianCritics(BaseModel):
             normalize_images=normalize_images,
         )
         self.n_critics = n_critics
-        sizes = [features_dim + get_action_dim(action_space), *net_arch, 2]
+        sizes = [features_dim + get_action_dim(action_space), *net_arch, self.n_outputs]
         self.ensemble = ensemble_mlp(n_critics, sizes, activation_fn, layer_norm=layer_norm)
+
+    def encode(self, obs: PyTorchObs) -> th.Tensor:
+        """Features of observations, shape (B, features_dim)."""
+        return self.extract_features(obs, self.features_extractor)
+
+    def outputs(self, features: th.Tensor, actions: th.Tensor, *, frozen: bool) -> th.Tensor:
+        """What the last layers give, shape (n_critics, B, n_outputs).
+
+        Args:
+            features: Encoded observations, shape (B, features_dim).
+            actions: Actions scaled to [-1, 1], shape (B, action_dim).
+            frozen: Whether weights are constants, as the actor's loss needs them: the gradient
+                reaches the actions, and none is computed for the weights.
+        """
+        x = th.cat([features, actions], dim=1)
+        return self._apply_constant(x, slice(None)) if frozen else self._apply_all(x)
+
+    def subset_outputs(
+        self, features: th.Tensor, actions: th.Tensor, subset: th.Tensor
+    ) -> th.Tensor:
+        """As `outputs` with frozen weights, from some of the critics: (len(subset), B, n_outputs).
+
+        Args:
+            features: Encoded observations, shape (B, features_dim).
+            actions: Actions scaled to [-1, 1], shape (B, action_dim).
+            subset: Indices of the critics.
+        """
+        return self._apply_constant(th.cat([features, actions], dim=1), subset)
+
+    def _apply_all(self, x: th.Tensor) -> th.Tensor:
+        """Outputs of all critics for the same inputs (B, in)."""
+        outputs: th.Tensor = self.ensemble(x.expand(self.n_critics, -1, -1))
+        return outputs
+
+    def _apply_constant(self, x: th.Tensor, critics: th.Tensor | slice) -> th.Tensor:
+        """Outputs of some critics for the same inputs (B, in), with weights as constants."""
+        weights = {k: weight.detach()[critics] for k, weight in self.ensemble.named_parameters()}
+        n = len(next(iter(weights.values())))
+        outputs: th.Tensor = functional_call(self.ensemble, weights, (x.expand(n, -1, -1),))
+        return outputs
+
+
+class GaussianCritics(EnsembleCritics):
+    """n critics of the return's distribution, Z_i(s, a) ~ N(Q_i, sigma_i^2).
+
+    One head gives the mean and the raw deviation, sigma = softplus(raw), as in DSAC-T. Arguments
+    are those of `EnsembleCritics`.
+    """
+
+    n_outputs: ClassVar[int] = 2
 
     def forward(self, obs: PyTorchObs, actions: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
         """Means and standard deviations of the return, both of shape (n_critics, B).
@@ -124,28 +173,9 @@ class GaussianCritics(BaseModel):
         """
         return self.evaluate(self.encode(obs), actions)
 
-    def encode(self, obs: PyTorchObs) -> th.Tensor:
-        """Features of observations, shape (B, features_dim)."""
-        return self.extract_features(obs, self.features_extractor)
-
     def evaluate(
         self, features: th.Tensor, actions: th.Tensor, *, frozen: bool = False
     ) -> tuple[th.Tensor, th.Tensor]:
-        """Means and standard deviations of the return, both of shape (n_critics, B).
-
-        Args:
-            features: Encoded observations, shape (B, features_dim).
-            actions: Actions scaled to [-1, 1], shape (B, action_dim).
-            frozen: Whether weights are constants, as the actor's loss needs them: the gradient
-                reaches the actions, and none is computed for the weights.
-        """
-        x = th.cat([features, actions], dim=1).expand(self.n_critics, -1, -1)
-        heads = self._evaluate_frozen(x) if frozen else self.ensemble(x)
-        mean, raw_std = heads.unbind(dim=-1)
+        """As `forward`, from features of shape (B, features_dim); `frozen` as in `outputs`."""
+        mean, raw_std = self.outputs(features, actions, frozen=frozen).unbind(dim=-1)
         return mean, nn.functional.softplus(raw_std)
-
-    def _evaluate_frozen(self, x: th.Tensor) -> th.Tensor:
-        """Heads (n_critics, B, 2) for inputs (n_critics, B, in), with weights as constants."""
-        weights = {name: weight.detach() for name, weight in self.ensemble.named_parameters()}
-        heads: th.Tensor = functional_call(self.ensemble, weights, (x,))
-        return heads

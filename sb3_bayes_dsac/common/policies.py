@@ -1,10 +1,10 @@
-"""Policies of the DSAC family: actor, Gaussian critics, and a target of each."""
+"""What the policies of all algorithms share: actor, batched critics, target critics."""
 
 from __future__ import annotations
 
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import torch as th
 from gymnasium import spaces
@@ -21,7 +21,7 @@ from stable_baselines3.common.utils import get_parameters_by_name, polyak_update
 from torch import nn
 
 from sb3_bayes_dsac.common.actors import Actor
-from sb3_bayes_dsac.common.critics import GaussianCritics
+from sb3_bayes_dsac.common.critics import EnsembleCritics
 from sb3_bayes_dsac.common.encoders import DepthEncoder, image_keys
 from sb3_bayes_dsac.errors import ArgumentError, choose
 
@@ -40,8 +40,8 @@ def weights_and_statistics(*networks: nn.Module) -> tuple[list[nn.Parameter], li
     return list(parent.parameters()), get_parameters_by_name(parent, ["running_"])
 
 
-class DSACPolicy(BasePolicy):
-    """Actor, n batched Gaussian critics, and target networks of both.
+class EnsemblePolicy(BasePolicy):
+    """Actor, n batched critics and their target.
 
     Arguments that are not listed are those of SB3's SAC policy.
 
@@ -49,7 +49,7 @@ class DSACPolicy(BasePolicy):
         features_extractor_class: Encoder; by default `default_encoder` chooses it.
         optimizer_kwargs: Arguments of the optimiser; Adam and AdamW are fused unless it says
             otherwise.
-        n_critics: Number of critics, at least 1.
+        n_critics: Number of critics, at least 1; None means `default_n_critics`.
         share_features_extractor: Whether actor and critics share one encoder, as in the paper.
             SB3's default is False; here it is True, since one pass then serves all of them.
         encoder_gradient: Which loss trains a shared encoder: "critic" (default), "actor" (what
@@ -61,10 +61,11 @@ class DSACPolicy(BasePolicy):
             without a shared encoder.
     """
 
+    critic_class: ClassVar[type[EnsembleCritics]]
+    default_n_critics: ClassVar[int] = 2
     actor: Actor
-    actor_target: Actor
-    critic: GaussianCritics
-    critic_target: GaussianCritics
+    critic: EnsembleCritics
+    critic_target: EnsembleCritics
 
     def __init__(
         self,
@@ -82,7 +83,7 @@ class DSACPolicy(BasePolicy):
         normalize_images: bool = True,
         optimizer_class: type[th.optim.Optimizer] = th.optim.Adam,
         optimizer_kwargs: dict[str, Any] | None = None,
-        n_critics: int = 2,
+        n_critics: int | None = None,
         share_features_extractor: bool = True,
         encoder_gradient: str | None = None,
         layer_norm: bool = False,
@@ -126,7 +127,7 @@ class DSACPolicy(BasePolicy):
         self.critic_kwargs = {
             **shared_kwargs,
             "net_arch": critic_arch,
-            "n_critics": n_critics,
+            "n_critics": self.default_n_critics if n_critics is None else n_critics,
             "layer_norm": layer_norm,
         }
         self._build(lr_schedule)
@@ -140,14 +141,9 @@ class DSACPolicy(BasePolicy):
         """Create networks and optimisers; targets start as copies and stay in eval mode."""
         share = self.share_features_extractor
         self.actor = self.make_actor()
-        self.actor_target = self.make_actor()
         self.critic = self.make_critic(self.actor.features_extractor if share else None)
-        self.critic_target = self.make_critic(
-            self.actor_target.features_extractor if share else None
-        )
-        self.actor_target.load_state_dict(self.actor.state_dict())
+        self.critic_target = self.make_critic()
         self.critic_target.load_state_dict(self.critic.state_dict())
-        self.actor_target.set_training_mode(False)
         self.critic_target.set_training_mode(False)
         # An encoder has one optimiser: the critics' if their loss reaches it, else the actor's.
         skip_in_actor = share and self.critic_trains_encoder
@@ -156,7 +152,7 @@ class DSACPolicy(BasePolicy):
         self.critic.optimizer = self._make_optimizer(self.critic, skip_in_critic, lr_schedule)
 
     def _make_optimizer(
-        self, network: Actor | GaussianCritics, skip_encoder: bool, lr_schedule: Schedule
+        self, network: Actor | EnsembleCritics, skip_encoder: bool, lr_schedule: Schedule
     ) -> th.optim.Optimizer:
         """Optimiser of a network, with or without its encoder."""
         encoder = set(network.features_extractor.parameters()) if skip_encoder else set()
@@ -171,10 +167,10 @@ class DSACPolicy(BasePolicy):
 
     def make_critic(
         self, features_extractor: BaseFeaturesExtractor | None = None
-    ) -> GaussianCritics:
+    ) -> EnsembleCritics:
         """New critics, with an encoder of their own unless one is given."""
         kwargs = self._update_features_extractor(self.critic_kwargs, features_extractor)
-        return GaussianCritics(**kwargs).to(self.device)
+        return self.critic_class(**kwargs).to(self.device)
 
     def critic_features(self, features: th.Tensor) -> th.Tensor:
         """The online critics' features as their loss may use them, shape (B, features_dim)."""
@@ -195,22 +191,24 @@ class DSACPolicy(BasePolicy):
             return self.actor.encode(obs)
         return features if self.actor_trains_encoder else features.detach()
 
-    def target_features(self, obs: PyTorchObs) -> tuple[th.Tensor, th.Tensor]:
-        """Features for the target actor and the target critics; one pass if they share."""
-        features = self.critic_target.encode(obs)
-        if self.share_features_extractor:
-            return features, features
-        return self.actor_target.encode(obs), features
+    def next_features(self, obs: PyTorchObs) -> tuple[th.Tensor, th.Tensor]:
+        """Features of the next observations for the actor of the target, and its critics."""
+        return self.actor.encode(obs), self.critic_target.encode(obs)
+
+    @property
+    def averaged(self) -> list[tuple[nn.Module, nn.Module]]:
+        """Online networks that have a target, each with its target."""
+        return [(self.critic, self.critic_target)]
 
     @cached_property
     def _online(self) -> tuple[list[nn.Parameter], list[th.Tensor]]:
         """Weights, a shared encoder listed once, and batch-norm statistics."""
-        return weights_and_statistics(self.actor, self.critic)
+        return weights_and_statistics(*(online for online, _ in self.averaged))
 
     @cached_property
     def _target(self) -> tuple[list[nn.Parameter], list[th.Tensor]]:
         """The target networks' share of `_online`, in the same order."""
-        return weights_and_statistics(self.actor_target, self.critic_target)
+        return weights_and_statistics(*(target for _, target in self.averaged))
 
     def update_targets(self, tau: float) -> None:
         """Average all weights into the targets once, and copy batch-norm statistics.
@@ -260,8 +258,8 @@ class DSACPolicy(BasePolicy):
         }
 
 
-class CnnPolicy(DSACPolicy):
-    """Policy for image observations."""
+class ImageInput(EnsemblePolicy):
+    """A policy for image observations."""
 
     @classmethod
     def default_encoder(cls, observation_space: spaces.Space[Any]) -> type[BaseFeaturesExtractor]:
@@ -269,14 +267,11 @@ class CnnPolicy(DSACPolicy):
         return NatureCNN
 
 
-class MultiInputPolicy(DSACPolicy):
-    """Policy for Dict observations."""
+class DictInput(EnsemblePolicy):
+    """A policy for Dict observations."""
 
     @classmethod
     def default_encoder(cls, observation_space: spaces.Space[Any]) -> type[BaseFeaturesExtractor]:
         """`DepthEncoder` if there is an image, SB3's `CombinedExtractor` if there is none."""
         has_image = isinstance(observation_space, spaces.Dict) and image_keys(observation_space)
         return DepthEncoder if has_image else CombinedExtractor
-
-
-MlpPolicy = DSACPolicy

@@ -12,13 +12,15 @@ import torch as th
 from gymnasium import spaces
 from stable_baselines3.common.logger import configure
 
-from sb3_bayes_dsac import DSACT, BayesDSAC
+from sb3_bayes_dsac import BayesDSAC
+from sb3_bayes_dsac.common.soft_actor_critic import SoftActorCritic
 
 SMALL: dict[str, Any] = {
     "learning_starts": 40,
     "buffer_size": 1_000,
     "batch_size": 32,
     "seed": 0,
+    "gradient_steps": 1,
     "device": "cpu",
 }
 
@@ -61,7 +63,7 @@ def depth_env() -> Callable[..., gym.Env[Any, Any]]:
     return DepthReach
 
 
-MakeModel = Callable[..., DSACT]
+MakeModel = Callable[..., SoftActorCritic]
 
 
 @pytest.fixture
@@ -69,12 +71,12 @@ def make_model() -> MakeModel:
     """Build a model with small networks; `policy_kwargs` adds to them."""
 
     def make(
-        cls: type[DSACT] = BayesDSAC,
+        cls: type[SoftActorCritic] = BayesDSAC,
         policy: str = "MlpPolicy",
         env: Any = "Pendulum-v1",
         policy_kwargs: dict[str, Any] | None = None,
         **kwargs: Any,
-    ) -> DSACT:
+    ) -> SoftActorCritic:
         net = {"net_arch": [16, 16]} | (policy_kwargs or {})
         return cls(policy, env, policy_kwargs=net, **(SMALL | kwargs))
 
@@ -82,10 +84,10 @@ def make_model() -> MakeModel:
 
 
 @pytest.fixture
-def fill() -> Callable[[DSACT, int], None]:
+def fill() -> Callable[[SoftActorCritic, int], None]:
     """Put random transitions into a model's buffer and give it a silent logger."""
 
-    def put(model: DSACT, n: int) -> None:
+    def put(model: SoftActorCritic, n: int) -> None:
         assert model.env is not None
         assert model.replay_buffer is not None
         rng = np.random.default_rng(0)

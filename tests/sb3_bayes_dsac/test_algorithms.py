@@ -20,37 +20,41 @@ from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.save_util import load_from_zip_file
 from stable_baselines3.common.vec_env import VecNormalize
 
-from sb3_bayes_dsac import DSACT, BayesDSAC
+from sb3_bayes_dsac import DSACT, REDQ, BayesDSAC
+from sb3_bayes_dsac.common.soft_actor_critic import SoftActorCritic
 from sb3_bayes_dsac.errors import ArgumentError
 
-MakeModel = Callable[..., DSACT]
-Fill = Callable[[DSACT, int], None]
+MakeModel = Callable[..., Any]
+Fill = Callable[[Any, int], None]
 
 LOGGED = {
+    "learning_rate",
     "n_updates",
     "ent_coef",
     "actor_loss",
     "critic_loss",
     "ent_coef_loss",
     "q_mean",
-    "sigma_mean",
-    "sigma_fused",
-    "fusion_weight_entropy",
     "q_gap",
-    "clipped_share",
 }
+LOGGED_OF_GAUSSIANS = {"sigma_mean", "sigma_fused", "fusion_weight_entropy", "clipped_share"}
 
-both_classes = pytest.mark.parametrize("cls", [BayesDSAC, DSACT])
+CLASSES = [BayesDSAC, DSACT, REDQ]
+all_classes = pytest.mark.parametrize("cls", CLASSES)
 
 
-def same(a: DSACT, b: DSACT) -> bool:
+def state(model: SoftActorCritic) -> list[th.Tensor]:
+    """All weights and running statistics of a model."""
+    _, names = model._get_torch_save_params()
+    return [*model.policy.state_dict().values(), *(getattr(model, name) for name in names)]
+
+
+def same(a: SoftActorCritic, b: SoftActorCritic) -> bool:
     """Whether all weights and running statistics of two models are equal bit by bit."""
-    pairs = zip(a.policy.state_dict().values(), b.policy.state_dict().values(), strict=True)
-    extra = (a.mean_std, b.mean_std), (a.log_ent_coef, b.log_ent_coef)
-    return all(th.equal(x, y) for x, y in (*pairs, *extra))
+    return all(th.equal(x, y) for x, y in zip(state(a), state(b), strict=True))
 
 
-@both_classes
+@all_classes
 @pytest.mark.parametrize(
     "kwargs",
     [
@@ -73,33 +77,38 @@ def same(a: DSACT, b: DSACT) -> bool:
     ids=lambda kwargs: "-".join(kwargs) or "default",
 )
 def test_runs_without_warnings(
-    make_model: MakeModel, cls: type[DSACT], kwargs: dict[str, Any]
+    make_model: MakeModel, cls: type[SoftActorCritic], kwargs: dict[str, Any]
 ) -> None:
+    if cls is REDQ and kwargs.get("policy_kwargs") == {"n_critics": 1}:
+        kwargs = kwargs | {"subset_size": 1}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         model = make_model(cls, **kwargs).learn(110)
     assert model._n_updates > 0
     assert all(th.isfinite(weight).all() for weight in model.policy.parameters())
-    assert (model.mean_std > 0).all()
+    if isinstance(model, DSACT):
+        assert (model.mean_std > 0).all()
 
 
-@both_classes
+@all_classes
 @pytest.mark.parametrize("use_sde", [False, True])
 def test_saved_model_predicts_and_continues_alike(
-    make_model: MakeModel, tmp_path: Path, cls: type[DSACT], use_sde: bool
+    make_model: MakeModel, tmp_path: Path, cls: type[SoftActorCritic], use_sde: bool
 ) -> None:
-    kwargs = {"policy_kwargs": {"n_critics": 3, "layer_norm": True}, "fusion": "log_pool"}
-    model = make_model(cls, use_sde=use_sde, **kwargs).learn(120)
+    kwargs: dict[str, Any] = {"policy_kwargs": {"n_critics": 3, "layer_norm": True}}
+    own = {"subset_size": 3} if cls is REDQ else {"fusion": "log_pool"}
+    model = make_model(cls, use_sde=use_sde, gradient_steps=1, **kwargs, **own).learn(120)
     model.save(tmp_path / "model")
     model.save_replay_buffer(tmp_path / "buffer")
     data, _, _ = load_from_zip_file(tmp_path / "model")
     # Networks are in the file once, as state dicts.
-    assert {"policy", "actor", "actor_target", "critic", "critic_target"}.isdisjoint(data or {})
+    assert data is not None
+    assert {"policy", "actor", "actor_target", "critic", "critic_target"}.isdisjoint(data)
     loaded = cls.load(tmp_path / "model", env=gym.make("Pendulum-v1"), device="cpu")
     loaded.load_replay_buffer(tmp_path / "buffer")
     assert same(model, loaded)
-    assert model.mean_std.abs().max() > 0.0
-    assert (loaded.fusion, loaded._n_updates) == ("log_pool", model._n_updates)
+    assert all(getattr(loaded, name) == value for name, value in own.items())
+    assert loaded._n_updates == model._n_updates > 0
     obs = np.random.default_rng(0).normal(size=(10, 3)).astype(np.float32)
     expected, _ = model.predict(obs, deterministic=True)
     np.testing.assert_array_equal(loaded.predict(obs, deterministic=True)[0], expected)
@@ -127,14 +136,14 @@ def test_parameters_can_be_set_from_another_model(make_model: MakeModel) -> None
     assert all(th.equal(a, b) for a, b in pairs)
 
 
-@both_classes
-def test_one_seed_gives_one_result(make_model: MakeModel, cls: type[DSACT]) -> None:
+@all_classes
+def test_one_seed_gives_one_result(make_model: MakeModel, cls: type[SoftActorCritic]) -> None:
     first, second, other = (make_model(cls, seed=seed).learn(90) for seed in (7, 7, 8))
     assert same(first, second)
     assert not same(first, other)
 
 
-@both_classes
+@pytest.mark.parametrize("cls", [BayesDSAC, DSACT])
 def test_classes_differ_in_their_rule_alone(make_model: MakeModel, cls: type[DSACT]) -> None:
     rule = {"fusion": "product"}
     assert same(make_model(cls, **rule).learn(80), make_model(BayesDSAC).learn(80))
@@ -179,26 +188,31 @@ def test_many_steps_in_one_call_equal_many_calls(make_model: MakeModel, fill: Fi
     assert same(*models)
 
 
-@both_classes
-def test_logs_every_diagnostic(make_model: MakeModel, cls: type[DSACT]) -> None:
+@all_classes
+def test_logs_every_diagnostic(make_model: MakeModel, cls: type[SoftActorCritic]) -> None:
     model = make_model(cls, gradient_steps=4)
     model.learn(60, log_interval=1000)
     logged = model.logger.name_to_value
-    assert {name.removeprefix("train/") for name in logged if "train/" in name} == LOGGED | {
-        "learning_rate"
-    }
+    expected = LOGGED | (set() if cls is REDQ else LOGGED_OF_GAUSSIANS)
+    assert {name.removeprefix("train/") for name in logged if "train/" in name} == expected
     assert all(np.isfinite(value) for value in logged.values())
+    assert logged["train/q_gap"] > 0.0
+    if cls is REDQ:
+        return
     entropy = logged["train/fusion_weight_entropy"]
     assert entropy == 0.0 if cls is DSACT else 0.0 < entropy <= np.log(2)
-    assert logged["train/q_gap"] > 0.0
     if cls is BayesDSAC:
         assert logged["train/sigma_fused"] < logged["train/sigma_mean"]
 
 
-@both_classes
+@all_classes
 @pytest.mark.parametrize("share", [True, False])
 def test_depth_observations(
-    make_model: MakeModel, tmp_path: Path, depth_env: type[Any], cls: type[DSACT], share: bool
+    make_model: MakeModel,
+    tmp_path: Path,
+    depth_env: type[Any],
+    cls: type[SoftActorCritic],
+    share: bool,
 ) -> None:
     kwargs = {"policy_kwargs": {"share_features_extractor": share}}
     model = make_model(cls, "MultiInputPolicy", depth_env(), **kwargs).learn(80)
@@ -209,16 +223,16 @@ def test_depth_observations(
     np.testing.assert_array_equal(loaded.predict(obs, deterministic=True)[0], expected)
 
 
-@both_classes
-def test_images(make_model: MakeModel, cls: type[DSACT]) -> None:
+@all_classes
+def test_images(make_model: MakeModel, cls: type[SoftActorCritic]) -> None:
     env = FakeImageEnv(screen_height=40, screen_width=40, discrete=False)
     model = make_model(cls, "CnnPolicy", env).learn(60)
     image = env.observation_space.sample()
     assert model.predict(image)[0].shape == env.action_space.shape
 
 
-@both_classes
-def test_hindsight_replay(make_model: MakeModel, cls: type[DSACT]) -> None:
+@all_classes
+def test_hindsight_replay(make_model: MakeModel, cls: type[SoftActorCritic]) -> None:
     env = BitFlippingEnv(n_bits=4, continuous=True)
     model = make_model(
         cls,
@@ -230,8 +244,10 @@ def test_hindsight_replay(make_model: MakeModel, cls: type[DSACT]) -> None:
     assert model.learn(90)._n_updates > 0
 
 
-@both_classes
-def test_normalised_and_several_environments(make_model: MakeModel, cls: type[DSACT]) -> None:
+@all_classes
+def test_normalised_and_several_environments(
+    make_model: MakeModel, cls: type[SoftActorCritic]
+) -> None:
     env = VecNormalize(make_vec_env("Pendulum-v1", n_envs=3))
     model = make_model(cls, env=env, gradient_steps=-1, train_freq=2).learn(180)
     # 30 rounds of 2 x 3 steps, the first six of them (40 steps) without training.
@@ -298,6 +314,9 @@ class BoxAndDiscrete(gym.Env[Any, Any]):
         ({"env": IdentityEnv(2)}, "action_space=Discrete.*Box action space"),
         ({"env": BoxAndDiscrete()}, "action_space=MultiBinary.*Box action space"),
         ({"policy_kwargs": {"n_critics": 0}}, "n_critics=0"),
+        ({"cls": REDQ, "subset_size": 11}, "subset_size=11: give 1 to n_critics, which is 10"),
+        ({"cls": REDQ, "subset_size": 0}, "subset_size=0"),
+        ({"cls": REDQ, "env": IdentityEnv(2)}, "action_space=Discrete"),
     ],
 )
 def test_bad_arguments_are_named_at_construction(

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import torch as th
 
-from sb3_bayes_dsac import DSACT
+from sb3_bayes_dsac import REDQ
 from sb3_bayes_dsac.common.critics import GaussianCritics
 from sb3_bayes_dsac.common.diagnostics import ScalarMeans
 
-MakeModel = Callable[..., DSACT]
-Fill = Callable[[DSACT, int], None]
+MakeModel = Callable[..., Any]
+Fill = Callable[[Any, int], None]
 Weights = dict[str, th.Tensor]
 Returns = list[tuple[th.Tensor, th.Tensor]]
 
@@ -39,14 +39,19 @@ def doubles(module: th.nn.Module) -> Weights:
     }
 
 
-def critic(weights: Weights, i: int, obs: th.Tensor, actions: th.Tensor) -> Any:
-    """Mean and deviation of critic i."""
+def perceptron(weights: Weights, i: int, obs: th.Tensor, actions: th.Tensor) -> th.Tensor:
+    """Outputs of critic i, shape (B, n_outputs)."""
     x = th.cat([obs, actions], dim=1)
     for layer in (0, 2):
         x = th.relu(
             x @ weights[f"ensemble.{layer}.weight"][i] + weights[f"ensemble.{layer}.bias"][i, 0]
         )
-    head = x @ weights["ensemble.4.weight"][i] + weights["ensemble.4.bias"][i, 0]
+    return x @ weights["ensemble.4.weight"][i] + weights["ensemble.4.bias"][i, 0]
+
+
+def critic(weights: Weights, i: int, obs: th.Tensor, actions: th.Tensor) -> Any:
+    """Mean and deviation of critic i."""
+    head = perceptron(weights, i, obs, actions)
     return head[:, 0], th.log1p(th.exp(head[:, 1]))
 
 
@@ -77,41 +82,40 @@ def actor_sample(weights: Weights, obs: th.Tensor, raw: th.Tensor) -> tuple[th.T
     return actions, (log_prob - th.log(1 - actions**2 + 1e-6)).sum(dim=1)
 
 
-def record_draws(model: DSACT, monkeypatch: pytest.MonkeyPatch) -> dict[str, Draw]:
-    """Let the model's actors note what they draw."""
-    draws: dict[str, Draw] = {}
+def record_draws(model: Any, monkeypatch: pytest.MonkeyPatch, *names: str) -> list[Draw]:
+    """Let actors note what they draw, in the order of the draws."""
+    draws: list[Draw] = []
 
-    def spy(name: str) -> None:
-        actor = getattr(model, name)
+    def spy(actor: Any) -> None:
         sample = actor.sample
 
         def noting(features: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
             actions, log_prob = sample(features)
             raw = actor.action_dist.gaussian_actions
-            draws[name] = Draw(raw.detach().double(), log_prob.detach().double())
+            draws.append(Draw(raw.detach().double(), log_prob.detach().double()))
             return actions, log_prob
 
         monkeypatch.setattr(actor, "sample", noting)
 
-    spy("actor")
-    spy("actor_target")
+    for name in names:
+        spy(getattr(model, name))
     return draws
 
 
 def expect(
-    model: DSACT, draws: dict[str, Draw], batch: Any, noise: th.Tensor, before: dict[str, Weights]
+    model: Any, draws: list[Draw], batch: Any, noise: th.Tensor, before: dict[str, Weights]
 ) -> tuple[Weights, Weights, list[th.Tensor]]:
     """Gradients of critics and actor, and the new mean deviations, by the printed formulas."""
     n = model.critic.n_critics
     obs, actions = batch.observations.double(), batch.actions.double()
     next_obs, next_actions = (
         batch.next_observations.double(),
-        th.tanh(draws["actor_target"].raw_actions),
+        th.tanh(draws[0].raw_actions),
     )
     reward, done = batch.rewards.double().flatten(), batch.dones.double().flatten()
     target_returns = [critic(before["critic_target"], i, next_obs, next_actions) for i in range(n)]
     q_next, std_next = fuse(model.fusion, target_returns)
-    entropy = -ALPHA * draws["actor_target"].log_prob
+    entropy = -ALPHA * draws[0].log_prob
     t_q = reward + (1 - done) * GAMMA * (q_next + entropy)
     t_z = reward + (1 - done) * GAMMA * (q_next + std_next * noise.clamp(-3, 3) + entropy)
 
@@ -130,7 +134,7 @@ def expect(
     critic_leaves = before["critic"]
     critic_gradients = th.autograd.grad(surrogate, list(critic_leaves.values()))
 
-    new_actions, log_prob = actor_sample(before["actor"], obs, draws["actor"].raw_actions)
+    new_actions, log_prob = actor_sample(before["actor"], obs, draws[1].raw_actions)
     returns = [critic(before["critic"], i, obs, new_actions) for i in range(n)]
     if model.detach_fusion_weights:
         returns = [(q, std.detach()) for q, std in returns]
@@ -143,6 +147,14 @@ def expect(
         dict(zip(actor_leaves, actor_gradients, strict=True)),
         running,
     )
+
+
+def assert_descended(before: Weights, network: th.nn.Module, gradients: Weights) -> None:
+    """The weights have moved by minus the gradients."""
+    for key, weight in network.named_parameters():
+        change = before[key].detach() - weight.detach().double()
+        scale = max(gradients[key].abs().max().item(), 1e-3)
+        th.testing.assert_close(change, gradients[key], rtol=1e-3, atol=1e-4 * scale + 1e-6)
 
 
 @pytest.mark.parametrize("detach", [False, True])
@@ -177,7 +189,7 @@ def test_step_follows_the_formulas(
     noise = 2 * th.randn(BATCH)
     names = ("actor", "actor_target", "critic", "critic_target")
     before = {name: doubles(getattr(model, name)) for name in names}
-    draws = record_draws(model, monkeypatch)
+    draws = record_draws(model, monkeypatch, "actor_target", "actor")
     monkeypatch.setattr(model.replay_buffer, "sample", lambda *_, **__: batch)
     monkeypatch.setattr(th, "randn_like", lambda _: noise)
 
@@ -185,14 +197,70 @@ def test_step_follows_the_formulas(
 
     critic_gradients, actor_gradients, running = expect(model, draws, batch, noise.double(), before)
     for name, gradients in (("critic", critic_gradients), ("actor", actor_gradients)):
+        assert_descended(before[name], getattr(model, name), gradients)
         for key, weight in getattr(model, name).named_parameters():
-            change = before[name][key].detach() - weight.detach().double()
-            scale = max(gradients[key].abs().max().item(), 1e-3)
-            th.testing.assert_close(change, gradients[key], rtol=1e-3, atol=1e-4 * scale + 1e-6)
             averaged = (1 - TAU) * before[f"{name}_target"][key] + TAU * weight.double()
             target = dict(getattr(model, f"{name}_target").named_parameters())[key]
             th.testing.assert_close(target.double(), averaged, rtol=1e-5, atol=1e-6)
     th.testing.assert_close(model.mean_std.double(), th.stack(running), rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize(("n_critics", "subset_size"), [(1, 1), (3, 2), (3, 3)])
+def test_step_of_redq_follows_the_formulas(
+    make_model: MakeModel,
+    fill: Fill,
+    monkeypatch: pytest.MonkeyPatch,
+    n_critics: int,
+    subset_size: int,
+) -> None:
+    model = make_model(
+        REDQ,
+        policy_kwargs={"n_critics": n_critics, "optimizer_class": th.optim.SGD},
+        learning_rate=1.0,
+        gamma=GAMMA,
+        tau=TAU,
+        ent_coef=ALPHA,
+        subset_size=subset_size,
+    )
+    fill(model, 200)
+    for network in (model.critic, model.critic_target):
+        for weight in network.parameters():
+            th.nn.init.normal_(weight, std=0.4)
+    batch = model.replay_buffer.sample(BATCH)
+    before = {name: doubles(getattr(model, name)) for name in ("actor", "critic", "critic_target")}
+    draws = record_draws(model, monkeypatch, "actor")
+    subset = th.randperm(n_critics)
+    monkeypatch.setattr(model.replay_buffer, "sample", lambda *_, **__: batch)
+    monkeypatch.setattr(th, "randperm", lambda *_, **__: subset)
+
+    model.train(1, BATCH)
+
+    obs, actions = batch.observations.double(), batch.actions.double()
+    next_obs, next_actions = batch.next_observations.double(), th.tanh(draws[0].raw_actions)
+    lowest = th.stack(
+        [
+            perceptron(before["critic_target"], int(i), next_obs, next_actions)[:, 0]
+            for i in subset[:subset_size]
+        ]
+    ).amin(dim=0)
+    soft_value = lowest - ALPHA * draws[0].log_prob
+    y = batch.rewards.double().flatten() + (1 - batch.dones.double().flatten()) * GAMMA * soft_value
+    errors = [
+        (perceptron(before["critic"], i, obs, actions)[:, 0] - y.detach()) ** 2
+        for i in range(n_critics)
+    ]
+    loss = th.stack([error.mean() for error in errors]).sum()
+    new_actions, log_prob = actor_sample(before["actor"], obs, draws[1].raw_actions)
+    returns = [perceptron(before["critic"], i, obs, new_actions)[:, 0] for i in range(n_critics)]
+    actor_loss = (ALPHA * log_prob - th.stack(returns).mean(dim=0)).mean()
+    for name, value in (("critic", loss), ("actor", actor_loss)):
+        gradients = th.autograd.grad(value, list(before[name].values()), retain_graph=True)
+        network = getattr(model, name)
+        assert_descended(before[name], network, dict(zip(before[name], gradients, strict=True)))
+    for key, target in model.critic_target.named_parameters():
+        online = dict(model.critic.named_parameters())[key]
+        averaged = (1 - TAU) * before["critic_target"][key] + TAU * online.double()
+        th.testing.assert_close(target.double(), averaged, rtol=1e-5, atol=1e-6)
 
 
 def test_detached_weights_change_the_actors_gradient_and_nothing_else(
@@ -239,7 +307,7 @@ def test_n_step_discounts_are_respected(
     monkeypatch.setattr(th, "randn_like", th.zeros_like)
     th.manual_seed(0)
     with th.no_grad():
-        features, _ = model.policy.target_features(batch.next_observations)
+        features, _ = model.policy.next_features(batch.next_observations)
         actions, _ = model.actor_target.sample(features)
         value = model.fuse(*model.critic_target(batch.next_observations, actions)).mean
     expected = batch.rewards.flatten() + ((1 - batch.dones) * batch.discounts).flatten() * value

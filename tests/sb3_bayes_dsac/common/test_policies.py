@@ -20,7 +20,7 @@ from torch import nn
 
 from sb3_bayes_dsac import DSACT
 from sb3_bayes_dsac.common.encoders import DepthEncoder
-from sb3_bayes_dsac.common.policies import CnnPolicy, DSACPolicy, MultiInputPolicy
+from sb3_bayes_dsac.dsac_t.policies import CnnPolicy, DSACPolicy, MultiInputPolicy
 from sb3_bayes_dsac.errors import ArgumentError
 
 MakeModel = Callable[..., DSACT]

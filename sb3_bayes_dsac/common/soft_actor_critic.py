@@ -1,0 +1,261 @@
+"""The training loop that all algorithms of this package share."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any, ClassVar, Self, TypeAlias
+
+import numpy as np
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.noise import ActionNoise
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.type_aliases import (
+    DictReplayBufferSamples,
+    GymEnv,
+    MaybeCallback,
+    ReplayBufferSamples,
+    Schedule,
+)
+
+from sb3_bayes_dsac.common.actors import Actor
+from sb3_bayes_dsac.common.critics import EnsembleCritics
+from sb3_bayes_dsac.common.diagnostics import ScalarMeans
+from sb3_bayes_dsac.common.policies import EnsemblePolicy
+from sb3_bayes_dsac.common.temperature import parse_temperature
+from sb3_bayes_dsac.errors import ArgumentError, UnsupportedSpaceError
+
+Batch: TypeAlias = ReplayBufferSamples | DictReplayBufferSamples
+
+
+class SoftActorCritic(OffPolicyAlgorithm):
+    """Soft actor-critic with batched critics; a subclass says what they learn from.
+
+    A subclass gives the critics' loss, what the actor maximises, and when the actor and the
+    targets move. Arguments that are not listed are those of SB3's SAC, with the same defaults.
+
+    Args:
+        policy: "MlpPolicy", "CnnPolicy", "MultiInputPolicy" or a subclass of `EnsemblePolicy`.
+        env: Environment or its registered name.
+        policy_delay: Gradient steps per update of actor and entropy coefficient; each subclass
+            says how it counts them.
+
+    Raises:
+        ArgumentError: An argument that cannot work, with its name, value and cure.
+        UnsupportedSpaceError: Actions that are not a Box.
+    """
+
+    # Whether targets wait for the actor's update, or move in every gradient step.
+    delays_targets: ClassVar[bool]
+    policy: EnsemblePolicy
+    actor: Actor
+    critic: EnsembleCritics
+    critic_target: EnsembleCritics
+
+    def __init__(
+        self,
+        policy: str | type[EnsemblePolicy],
+        env: GymEnv | str,
+        learning_rate: float | Schedule = 3e-4,
+        buffer_size: int = 1_000_000,
+        learning_starts: int = 100,
+        batch_size: int = 256,
+        tau: float = 0.005,
+        gamma: float = 0.99,
+        train_freq: int | tuple[int, str] = 1,
+        gradient_steps: int = 1,
+        action_noise: ActionNoise | None = None,
+        replay_buffer_class: type[ReplayBuffer] | None = None,
+        replay_buffer_kwargs: dict[str, Any] | None = None,
+        optimize_memory_usage: bool = False,
+        n_steps: int = 1,
+        ent_coef: str | float = "auto",
+        policy_delay: int = 2,
+        target_entropy: str | float = "auto",
+        use_sde: bool = False,
+        sde_sample_freq: int = -1,
+        use_sde_at_warmup: bool = False,
+        stats_window_size: int = 100,
+        tensorboard_log: str | None = None,
+        policy_kwargs: dict[str, Any] | None = None,
+        verbose: int = 0,
+        seed: int | None = None,
+        device: th.device | str = "auto",
+        _init_setup_model: bool = True,
+    ) -> None:
+        super().__init__(
+            policy,
+            env,
+            learning_rate,
+            buffer_size,
+            learning_starts,
+            batch_size,
+            tau,
+            gamma,
+            train_freq,
+            gradient_steps,
+            action_noise,
+            replay_buffer_class=replay_buffer_class,
+            replay_buffer_kwargs=replay_buffer_kwargs,
+            optimize_memory_usage=optimize_memory_usage,
+            n_steps=n_steps,
+            policy_kwargs=policy_kwargs,
+            stats_window_size=stats_window_size,
+            tensorboard_log=tensorboard_log,
+            verbose=verbose,
+            device=device,
+            support_multi_env=True,
+            seed=seed,
+            use_sde=use_sde,
+            sde_sample_freq=sde_sample_freq,
+            use_sde_at_warmup=use_sde_at_warmup,
+        )
+        self.ent_coef = ent_coef
+        self.policy_delay = policy_delay
+        self.target_entropy = target_entropy
+        if _init_setup_model:
+            self._setup_model()
+
+    def _setup_model(self) -> None:
+        """Check the arguments, create networks, buffer and entropy coefficient."""
+        if not isinstance(self.action_space, spaces.Box):
+            cure = "the actor is Gaussian; use an environment with a Box action space"
+            raise UnsupportedSpaceError("action_space", self.action_space, cure)
+        if self.policy_delay < 1:
+            raise ArgumentError("policy_delay", self.policy_delay, "give 1 or more")
+        temperature = parse_temperature(self.ent_coef)
+        super()._setup_model()
+        self._create_aliases()
+        if self.target_entropy == "auto":
+            self.target_entropy = -float(np.prod(self.action_space.shape))
+        self.log_ent_coef = th.tensor([temperature.initial], device=self.device).log()
+        self.ent_coef_optimizer: th.optim.Optimizer | None = None
+        if temperature.learned:
+            self.log_ent_coef.requires_grad_()
+            self.ent_coef_optimizer = th.optim.Adam(
+                [self.log_ent_coef], lr=self.lr_schedule(1), fused=True
+            )
+
+    def _create_aliases(self) -> None:
+        """Short names of the policy's networks."""
+        self.actor = self.policy.actor
+        self.critic = self.policy.critic
+        self.critic_target = self.policy.critic_target
+
+    def train(self, gradient_steps: int, batch_size: int = 64) -> None:
+        """Sample the replay buffer and update, `gradient_steps` times."""
+        self.policy.set_training_mode(True)
+        optimizers = [self.critic.optimizer, self.actor.optimizer]
+        if self.ent_coef_optimizer is not None:
+            optimizers.append(self.ent_coef_optimizer)
+        self._update_learning_rate(optimizers)
+        scalars = ScalarMeans()
+        assert self.replay_buffer is not None
+
+        for steps_left in reversed(range(gradient_steps)):
+            self._n_updates += 1
+            update_actor = self._actor_is_due(steps_left)
+            batch = self.replay_buffer.sample(batch_size, env=self._vec_normalize_env)
+            self._resample_noise()
+
+            # One pass of the online encoder, (B, features_dim), serves all losses of this step.
+            features = self.critic.encode(batch.observations)
+            loss = self._critic_loss(self.policy.critic_features(features), batch, scalars)
+            if update_actor:
+                loss = loss + self._actor_loss(features, batch, scalars)
+
+            # All gradients come from the weights before the step, in one backward pass. No weight
+            # belongs to two losses, except an encoder that is meant to learn from both.
+            for optimizer in optimizers:
+                optimizer.zero_grad()
+            th.autograd.backward(loss)
+            for optimizer in optimizers if update_actor else optimizers[:1]:
+                optimizer.step()
+            if update_actor or not self.delays_targets:
+                self.policy.update_targets(self.tau)
+
+        self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
+        for name, mean in scalars.read().items():
+            self.logger.record(f"train/{name}", mean)
+
+    def _resample_noise(self) -> None:
+        """Draw the actors' gSDE noise anew."""
+        self.actor.resample_noise()
+
+    @abstractmethod
+    def _actor_is_due(self, steps_left: int) -> bool:
+        """Whether this gradient step updates the actor too.
+
+        Args:
+            steps_left: Gradient steps that still follow in this call of `train`.
+        """
+
+    @abstractmethod
+    def _critic_loss(self, features: th.Tensor, batch: Batch, scalars: ScalarMeans) -> th.Tensor:
+        """Loss of all critics on a batch.
+
+        Args:
+            features: Encoded observations, shape (B, features_dim), with gradient if the critics
+                train the encoder.
+            batch: Transitions.
+            scalars: Takes notes for the logger.
+        """
+
+    @abstractmethod
+    def _actor_value(self, features: th.Tensor, actions: th.Tensor) -> th.Tensor:
+        """What the actor maximises besides entropy, shape (B,), with the critics frozen."""
+
+    def _continuation(self, batch: Batch) -> th.Tensor:
+        """Weight of the value that follows each transition, shape (B,): 0 after a terminal one.
+
+        Time-outs are not terminal, as SB3 stores them. With n-step replay the discount spans n
+        steps, as the reward does.
+        """
+        discounts = self.gamma if batch.discounts is None else batch.discounts.flatten()
+        return (1.0 - batch.dones.flatten()) * discounts
+
+    def _actor_loss(self, features: th.Tensor, batch: Batch, scalars: ScalarMeans) -> th.Tensor:
+        """Loss of the actor (the paper's J_pi with its sign turned) and of the temperature."""
+        actor_features = self.policy.actor_features(batch.observations, features)
+        actions, log_prob = self.actor.sample(actor_features)
+        ent_coef = self.log_ent_coef.detach().exp()
+        value = self._actor_value(features.detach(), actions)
+        actor_loss = (ent_coef * log_prob - value).mean()
+        scalars.add(ent_coef=ent_coef.squeeze(), actor_loss=actor_loss)
+        if self.ent_coef_optimizer is None:
+            return actor_loss
+        surprise = (log_prob.detach() + float(self.target_entropy)).mean()
+        ent_coef_loss = -(self.log_ent_coef * surprise).squeeze()
+        scalars.add(ent_coef_loss=ent_coef_loss)
+        return actor_loss + ent_coef_loss
+
+    def learn(
+        self,
+        total_timesteps: int,
+        callback: MaybeCallback = None,
+        log_interval: int = 4,
+        tb_log_name: str | None = None,
+        reset_num_timesteps: bool = True,
+        progress_bar: bool = False,
+    ) -> Self:
+        """Train; as in SB3, with the class name as default of `tb_log_name`."""
+        return super().learn(
+            total_timesteps,
+            callback,
+            log_interval,
+            tb_log_name or type(self).__name__,
+            reset_num_timesteps,
+            progress_bar,
+        )
+
+    def _excluded_save_params(self) -> list[str]:
+        """Attributes that come back with the policy."""
+        return [*super()._excluded_save_params(), "actor", "critic", "critic_target"]
+
+    def _get_torch_save_params(self) -> tuple[list[str], list[str]]:
+        """State dicts and tensors that a saved model holds."""
+        state_dicts = ["policy", "actor.optimizer", "critic.optimizer"]
+        if self.ent_coef_optimizer is not None:
+            state_dicts.append("ent_coef_optimizer")
+        return state_dicts, ["log_ent_coef"]
