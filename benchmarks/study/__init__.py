@@ -1,0 +1,1 @@
+"""What the learning studies share: runs, training with records, files and tables."""
