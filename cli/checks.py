@@ -77,9 +77,9 @@ def _rerun() -> str:
 def _one_tick() -> str:
     """One depth image and one QP in a real scene, after some that warm everything up."""
     from .environments import EnvSettings, make_env, reach_env
-    from .methods import make_planner
+    from .methods import Method, make_planner
 
-    planner = make_planner("hra")
+    planner = make_planner(Method("hra"))
     env = make_env(EnvSettings(scene="room", action_layer=planner.action_layer))
     observation, _ = env.reset(seed=0, options={"instance": 0})
     planner.reset(env)

@@ -37,6 +37,7 @@ class EnvSettings(BaseModel):
     limits: str = "ld60"
     perception: str = "camera"
     simulation: str = "kinematic"
+    depth_noise: bool = False
 
     def check(self) -> None:
         """Refuse what `make_env` would refuse, in a moment instead of seconds.
@@ -81,6 +82,14 @@ def reach_env(env: Env) -> HorfReachEnv:
 def instance_options(scene: str, split: str, instance: int) -> dict[str, Any]:
     """Options of `reset` for an instance of a split; a scene file has one scene and no options."""
     return {"instance": instance, "split": split} if scene in SCENES else {}
+
+
+def reference_length(scene: str, split: str, instance: int) -> float | None:
+    """Way of the base in the path that proved an instance feasible [m]; None for a scene file."""
+    if scene not in SCENES:
+        return None
+    length: float = getattr(instances(scene), split)[instance].path_length
+    return length
 
 
 def test_instances(scene: str) -> int:

@@ -51,3 +51,21 @@ Simulation = Annotated[
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as JSON.", rich_help_panel=OUTPUT)
 ]
+BackendName = Annotated[
+    str,
+    typer.Option(
+        help="local (processes) or ray (a cluster; pip install 'horf[ray]').",
+        rich_help_panel=EXECUTION,
+    ),
+]
+Workers = Annotated[
+    int, typer.Option(min=1, help="Jobs at a time, one thread each.", rich_help_panel=EXECUTION)
+]
+Address = Annotated[
+    str | None,
+    typer.Option(
+        help="Ray cluster that runs already (host:port); by default one on this machine, which "
+        "listens on 127.0.0.1 only.",
+        rich_help_panel=EXECUTION,
+    ),
+]

@@ -1,16 +1,21 @@
-"""Rates and means of trials."""
+"""Statistics of comparisons: rates, paired tests, robust means and their intervals.
+
+Everything here takes numbers and gives numbers; it knows no trial and no run.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest
+from scipy.stats import binomtest, trim_mean
 
-from .episodes import Trial
+from horf_env.types import FloatArray
 
 _CONFIDENCE = 0.95
+_TRIMMED = 0.25  # at each end: what is left is the interquartile mean
+_RESAMPLES = 2000  # of a bootstrap; the end of a 95 % interval then varies by 2 % of its width
 
 
 @dataclass(frozen=True)
@@ -31,37 +36,6 @@ class Share:
         return f"{100 * self.rate:.0f} % [{100 * self.low:.0f}, {100 * self.high:.0f}]"
 
 
-@dataclass(frozen=True)
-class Summary:
-    """A method in a scene. Means are over successes, as in the paper; None without any.
-
-    Attributes:
-        method: The method.
-        scene: The scene.
-        trials: Number of trials.
-        success: Share that reached the goal.
-        collision: Share that touched something.
-        timeout: Share that did neither in time.
-        path_length_base: Mean way of the base [m].
-        path_length_ee: Mean way of the end effector [m].
-        execution_time: Mean simulated time [s].
-        mean_ee_speed: Mean of AV [m/s].
-        min_distance: Mean of the least clearance [m].
-    """
-
-    method: str
-    scene: str
-    trials: int
-    success: Share
-    collision: Share
-    timeout: Share
-    path_length_base: float | None
-    path_length_ee: float | None
-    execution_time: float | None
-    mean_ee_speed: float | None
-    min_distance: float | None
-
-
 def share(k: int, n: int) -> Share:
     """Rate k of n with its Wilson interval.
 
@@ -73,27 +47,103 @@ def share(k: int, n: int) -> Share:
     return Share(k / n, float(interval.low), float(interval.high))
 
 
-def summarise_trials(trials: Sequence[Trial]) -> Summary:
-    """Summarise the trials of one method in one scene, at least one."""
-    n, successes = len(trials), [trial for trial in trials if trial.success]
+def mcnemar(a: Sequence[bool], b: Sequence[bool]) -> float:
+    """Exact two-sided McNemar test of paired successes.
 
-    def rate(outcome: str) -> Share:
-        return share(sum(trial.outcome == outcome for trial in trials), n)
+    Args:
+        a: Successes of one method.
+        b: Successes of another in the same trials, in the same order.
 
-    def mean(name: str) -> float | None:
-        values = [getattr(trial, name) for trial in successes]
-        return float(np.mean(values)) if values else None
+    Returns:
+        p-value of the hypothesis that both succeed equally often; 1 if no pair differs.
 
-    return Summary(
-        method=trials[0].method,
-        scene=trials[0].scene,
-        trials=n,
-        success=rate("success"),
-        collision=rate("collision"),
-        timeout=rate("timeout"),
-        path_length_base=mean("path_length_base"),
-        path_length_ee=mean("path_length_ee"),
-        execution_time=mean("execution_time"),
-        mean_ee_speed=mean("mean_ee_speed"),
-        min_distance=mean("min_distance"),
-    )
+    Raises:
+        ValueError: If the numbers of trials differ.
+    """
+    pairs = list(zip(a, b, strict=True))
+    only_a, only_b = sum(x and not y for x, y in pairs), sum(y and not x for x, y in pairs)
+    if only_a + only_b == 0:
+        return 1.0
+    return float(binomtest(only_a, only_a + only_b).pvalue)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """p-values of a family of tests, adjusted by Holm's step-down method, in the same order."""
+    order, adjusted, largest = np.argsort(p_values), [0.0] * len(p_values), 0.0
+    for rank, k in enumerate(order):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[k]))
+        adjusted[k] = largest
+    return adjusted
+
+
+def mean(runs: FloatArray) -> FloatArray:
+    """Mean over runs and tasks.
+
+    Args:
+        runs: Shape (..., n_runs, n_tasks).
+
+    Returns:
+        Shape (...).
+    """
+    return np.asarray(runs.mean(axis=(-2, -1)))
+
+
+def interquartile_mean(runs: FloatArray) -> FloatArray:
+    """Mean of the middle half of all runs of all tasks (IQM); shapes as for `mean`."""
+    flat = runs.reshape(*runs.shape[:-2], -1)
+    return np.asarray(trim_mean(flat, _TRIMMED, axis=-1))
+
+
+def bootstrap_interval(
+    runs: FloatArray, statistic: Callable[[FloatArray], FloatArray], rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """95 % percentile interval of a statistic, from a stratified bootstrap.
+
+    Runs are drawn again with replacement inside of each task (Agarwal et al. 2021). All numbers of
+    a run, such as the points of its curve, are drawn together.
+
+    Args:
+        runs: Shape (n_points, n_runs, n_tasks).
+        statistic: As `mean`.
+        rng: Draws the runs.
+
+    Returns:
+        Lower and upper ends, shape (n_points,) each.
+    """
+    _, n_runs, n_tasks = runs.shape
+    drawn = rng.integers(n_runs, size=(_RESAMPLES, n_runs, n_tasks))
+    values = np.array([statistic(np.take_along_axis(runs, k[None], axis=1)) for k in drawn])
+    tail = 50.0 * (1.0 - _CONFIDENCE)
+    low, high = np.percentile(values, [tail, 100.0 - tail], axis=0)
+    return np.asarray(low), np.asarray(high)
+
+
+def probability_of_improvement(a: FloatArray, b: FloatArray) -> float:
+    """How likely a random run of a is better than one of b; ties count half; mean over tasks.
+
+    Args:
+        a: Shape (n_runs_a, n_tasks), larger is better.
+        b: Shape (n_runs_b, n_tasks).
+    """
+    difference = a[:, None] - b[None, :]
+    return float((0.5 * (1.0 + np.sign(difference))).mean())
+
+
+def improvement_interval(
+    a: FloatArray, b: FloatArray, rng: np.random.Generator
+) -> tuple[float, float]:
+    """95 % stratified bootstrap interval of `probability_of_improvement`.
+
+    Args:
+        a: Shape (n_runs_a, n_tasks).
+        b: Shape (n_runs_b, n_tasks).
+        rng: Draws the runs.
+    """
+
+    def drawn(runs: FloatArray) -> FloatArray:
+        return np.take_along_axis(runs, rng.integers(len(runs), size=runs.shape), axis=0)
+
+    values = [probability_of_improvement(drawn(a), drawn(b)) for _ in range(_RESAMPLES)]
+    tail = 50.0 * (1.0 - _CONFIDENCE)
+    low, high = np.percentile(values, [tail, 100.0 - tail])
+    return float(low), float(high)

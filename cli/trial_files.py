@@ -1,4 +1,4 @@
-"""Trials as a file: one row a trial, CSV or Parquet by the file's suffix."""
+"""Trials as Parquet files: one row a trial."""
 
 from __future__ import annotations
 
@@ -8,39 +8,30 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pyarrow
-import pyarrow.csv
 import pyarrow.parquet
 
-from horf_env.errors import UnknownNameError
-
+from .console import notes
 from .episodes import Trial
-
-_WRITERS = {".csv": pyarrow.csv.write_csv, ".parquet": pyarrow.parquet.write_table}
-
-
-def check_target(path: Path) -> None:
-    """Refuse a file that could not be written later, before hours of work.
-
-    Raises:
-        UnknownNameError: If its suffix is not known.
-        FileExistsError: If it exists.
-        FileNotFoundError: If its folder does not.
-    """
-    if path.suffix not in _WRITERS:
-        raise UnknownNameError("file type", path.suffix, _WRITERS)
-    if path.exists():
-        raise FileExistsError(f"{path} exists: give another name")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"no folder {path.parent}")
 
 
 def write_trials(path: Path, trials: Sequence[Trial]) -> None:
-    """Write a new file.
+    """Write a file; under its name there is a complete one at any time.
 
     Raises:
         OSError: If it cannot be written.
     """
     table = pyarrow.Table.from_pylist([asdict(trial) for trial in trials])
     unfinished = path.with_name(f".{path.name}.part")
-    _WRITERS[path.suffix](table, unfinished)
+    pyarrow.parquet.write_table(table, unfinished)
     os.replace(unfinished, path)
+
+
+def read_trials(path: Path) -> list[Trial] | None:
+    """Trials of a file; None if there is none, or if it is damaged, which is told on stderr."""
+    if not path.exists():
+        return None
+    try:
+        return [Trial(**row) for row in pyarrow.parquet.read_table(path).to_pylist()]
+    except (pyarrow.ArrowException, OSError, TypeError) as error:
+        notes().print(f"{path} is damaged, its trials are run again ({error})", markup=False)
+        return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any, SupportsFloat, cast
 
 import gymnasium as gym
@@ -155,9 +156,11 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         servo = servo_twist(self._deviation, self.limits.twist_scale)
         points = self._senses.points(self._state)
         position_error = float(np.linalg.norm(self._deviation[:3]))
+        begin = time.perf_counter()
         command = self._layer.command(
             action, Sensed(self._state, self._velocity, points, position_error)
         )
+        self._layer_time = time.perf_counter() - begin
         moved = self._world.move(command.velocity, STEP)
         achieved = self._state.ee_jacobian @ moved.velocity
         self._advance(moved)
@@ -205,7 +208,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._state, self._velocity = state, np.zeros(9)
         self._deviation = self._goal_deviation(state)
         self._min_distance, self._collided = self._world.clearance.distance, False
-        self._steps, self._path_base, self._path_ee = 0, 0.0, 0.0
+        self._steps, self._path_base, self._path_ee, self._layer_time = 0, 0.0, 0.0, 0.0
 
     def _advance(self, moved: MoveResult) -> None:
         before, self._state = self._state, self._robot.state(moved.configuration)
@@ -247,6 +250,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             twist_achieved=achieved,
             reward=reward,
             min_distance=self._min_distance,
+            layer_time=self._layer_time,
         )
 
     def _info(self) -> dict[str, Any]:

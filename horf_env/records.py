@@ -24,6 +24,7 @@ class StepRecord:
         twist_achieved: EE twist of the motion, in base axes, shape (6,), m/s and rad/s.
         reward: Terms of the reward; None at the start of an episode.
         min_distance: Least clearance during the step [m].
+        layer_time: Wall time of the action layer, SDF query and QP [s]; 0 at the start.
     """
 
     time: float
@@ -34,3 +35,4 @@ class StepRecord:
     twist_achieved: FloatArray
     reward: RewardTerms | None
     min_distance: float
+    layer_time: float

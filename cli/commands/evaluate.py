@@ -1,4 +1,4 @@
-"""`horf evaluate`: methods on the frozen test instances."""
+"""`horf evaluate`: methods on the frozen test instances, as the paper's Table 1."""
 
 from __future__ import annotations
 
@@ -11,28 +11,48 @@ import typer
 
 from ..exit_codes import SOME_JOBS_FAILED
 from ..options import (
-    EXECUTION,
     EXPERIMENT,
     OUTPUT,
+    Address,
+    BackendName,
     Control,
     Json,
     Limits,
     Perception,
     Simulation,
+    Workers,
     listed,
 )
 
 if TYPE_CHECKING:
+    from ..backends import Backend
     from ..environments import EnvSettings
-    from ..evaluation import Job, JobResult
+    from ..episodes import Trial
+    from ..evaluation import JobResult, TrialJob
 
 _ALL = "all"
+
+
+def _complete_methods(incomplete: str) -> list[str]:
+    from ..methods import planner_names
+
+    return [name for name in planner_names() if name.startswith(incomplete)]
 
 
 Methods = Annotated[
     str,
     typer.Option(
-        help="Planners (hra) and run folders or checkpoints of your own runs, with commas.",
+        help="With commas: planners (hra, ...), names given by --policy, run folders of your own.",
+        autocompletion=_complete_methods,
+        rich_help_panel=EXPERIMENT,
+    ),
+]
+Policies = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--policy",
+        help="Weights (.safetensors) or run folder for the method horf, or NAME=PATH for another "
+        "name. Can be given several times.",
         rich_help_panel=EXPERIMENT,
     ),
 ]
@@ -40,113 +60,161 @@ Scenes = Annotated[
     str, typer.Option(help="Scenes with commas, or all.", rich_help_panel=EXPERIMENT)
 ]
 Trials = Annotated[
-    int, typer.Option(min=1, help="Instances of each scene.", rich_help_panel=EXPERIMENT)
+    int,
+    typer.Option(
+        min=1,
+        help="Trials in each scene. Beyond its 50 test instances these come again, with other "
+        "noise; then all depth images are noisy.",
+        rich_help_panel=EXPERIMENT,
+    ),
 ]
-Workers = Annotated[int, typer.Option(min=1, help="Processes.", rich_help_panel=EXECUTION)]
 Out = Annotated[
-    Path | None,
-    typer.Option(help="New file for one row a trial (.csv or .parquet).", rich_help_panel=OUTPUT),
+    Path,
+    typer.Option(
+        help="Folder for trials and tables. Trials that are there already are not run again.",
+        rich_help_panel=OUTPUT,
+    ),
 ]
 
 
 def evaluate(
     methods: Methods = "hra",
+    policies: Policies = None,
     scenes: Scenes = _ALL,
     trials: Trials = 50,
     control: Control = "default",
     limits: Limits = "ld60",
     perception: Perception = "camera",
     simulation: Simulation = "kinematic",
+    backend: BackendName = "local",
     workers: Workers = 1,
-    out: Out = None,
+    address: Address = None,
+    out: Out = Path("evaluations"),
     as_json: Json = False,
 ) -> None:
-    """Compare methods: rates with intervals, path lengths, times, clearance.
+    """Compare methods in the layout of the paper's Table 1.
 
-    Trial k of a scene is test instance k with seed k for every method.
+    Trial k of a scene has the same instance and the same noise for every method. The table comes
+    with 95 % intervals, paired tests against the first method, and the paper's own figures. OUT
+    gets table.md, table.csv, table.tex and trials.parquet, one row a trial. An interrupted
+    evaluation goes on where it stopped if it is started again.
     """
     from horf_env.scenes import SCENES
 
+    from ..backends import make_backend
     from ..environments import EnvSettings
     from ..evaluation import plan
-    from ..methods import check_method
-    from ..trial_files import check_target, write_trials
+    from ..methods import parse_methods
 
-    names = listed(methods)
-    for name in names:
-        check_method(name)
-    common = {
-        "control": control,
-        "limits": limits,
-        "perception": perception,
-        "simulation": simulation,
-    }
-    wanted = SCENES if scenes == _ALL else listed(scenes)
-    settings = [EnvSettings(scene=scene, **common) for scene in wanted]
-    _check(settings, trials)
-    if out is not None:
-        check_target(out)
-    results = _run(plan(names, settings, trials), workers)
-    if out is not None:
-        write_trials(out, [trial for result in results for trial in result.trials])
-    _report(results, as_json=as_json)
-
-
-def _check(settings: Sequence[EnvSettings], trials: int) -> None:
-    from ..environments import test_instances
-
+    found = parse_methods(listed(methods), policies or [])
+    settings = [
+        EnvSettings(
+            scene=scene,
+            control=control,
+            limits=limits,
+            perception=perception,
+            simulation=simulation,
+        )
+        for scene in (SCENES if scenes == _ALL else listed(scenes))
+    ]
     for env in settings:
         env.check()
-        if trials > test_instances(env.scene):
-            raise typer.BadParameter(
-                f"scene {env.scene} has {test_instances(env.scene)} test instances",
-                param_hint="--trials",
-            )
+    engine = make_backend(backend, workers=workers, address=address)
+    results = _run(plan(found, settings, trials), out, engine)
+    _report(results, out, notes=_notes(settings, trials), as_json=as_json)
 
 
-def _run(jobs: Sequence[Job], workers: int) -> list[JobResult]:
+def _run(jobs: Sequence[TrialJob], out: Path, engine: Backend) -> list[JobResult]:
     from rich.progress import Progress
 
     from ..console import notes
     from ..evaluation import run_jobs
 
+    stored = out / "jobs"
+    stored.mkdir(parents=True, exist_ok=True)
     console = notes()
     with Progress(console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task("trials", total=sum(len(job.instances) for job in jobs))
+        task = progress.add_task("trials", total=sum(len(job.trials) for job in jobs))
 
         def on_result(result: JobResult) -> None:
-            progress.advance(task, len(result.job.instances))
+            progress.advance(task, len(result.job.trials))
             job = result.job
-            span = f"{job.method}, {job.env.scene} {job.instances[0]} to {job.instances[-1]}"
+            span = f"{job.method.name}, {job.env.scene} {job.trials[0]} to {job.trials[-1]}"
             successes = sum(trial.success for trial in result.trials)
-            console.print(f"{span}: {result.error or f'{successes} reached the goal'}")
+            text = result.error or f"{successes} reached the goal"
+            console.print(f"{span}: {text}{' (stored)' if result.stored else ''}", markup=False)
 
-        return run_jobs(jobs, workers, on_result)
+        return run_jobs(jobs, stored, engine, on_result)
 
 
-def _report(results: Sequence[JobResult], *, as_json: bool) -> None:
-    from ..console import print_json
+def _report(
+    results: Sequence[JobResult], out: Path, *, notes: Sequence[str], as_json: bool
+) -> None:
     from ..console import results as result_console
-    from ..statistics import summarise_trials
-    from ..tables import summary_table
+    from ..table_formats import terminal_table, write_table
+    from ..table_one import table_one
+    from ..trial_files import write_trials
 
-    groups: dict[tuple[str, str], list[JobResult]] = {}
-    for result in results:
-        groups.setdefault((result.job.env.scene, result.job.method), []).append(result)
-    trials = [[t for result in group for t in result.trials] for group in groups.values()]
-    summaries = [summarise_trials(group) for group in trials if group]
+    trials = _grouped(results)
     failed = [result for result in results if result.error]
+    rows = out / "trials.parquet"
+    write_trials(rows, [trial for group in trials.values() for trial in group])
+    table = table_one(trials, notes)
+    files = [rows, *write_table(table, out)]
     if as_json:
-        print_json(
-            {
-                "summaries": [asdict(summary) for summary in summaries],
-                "failed_jobs": [
-                    {"method": r.job.method, "scene": r.job.env.scene, "error": r.error}
-                    for r in failed
-                ],
-            }
-        )
+        _print_json(trials, failed, files)
     else:
-        result_console().print(summary_table(summaries))
+        console = result_console()
+        console.print(terminal_table(table))
+        console.print("\n".join(str(file) for file in files), markup=False)
     if failed:
         raise typer.Exit(SOME_JOBS_FAILED)
+
+
+def _grouped(results: Sequence[JobResult]) -> dict[tuple[str, str], list[Trial]]:
+    """Trials by scene and method, without groups of which every job failed."""
+    groups: dict[tuple[str, str], list[Trial]] = {}
+    for result in results:
+        for trial in result.trials:
+            groups.setdefault((trial.scene, trial.method), []).append(trial)
+    return groups
+
+
+def _print_json(
+    trials: dict[tuple[str, str], list[Trial]],
+    failed: Sequence[JobResult],
+    files: Sequence[Path],
+) -> None:
+    from ..console import print_json
+    from ..summaries import summarise_trials
+    from ..table_one import paired_tests
+
+    print_json(
+        {
+            "summaries": [asdict(summarise_trials(group)) for group in trials.values()],
+            "paired_tests": [asdict(test) for test in paired_tests(trials)],
+            "failed_jobs": [
+                {"method": r.job.method.name, "scene": r.job.env.scene, "error": r.error}
+                for r in failed
+            ],
+            "files": [str(file) for file in files],
+        }
+    )
+
+
+def _notes(settings: Sequence[EnvSettings], trials: int) -> list[str]:
+    """How the trials were made."""
+    from ..environments import test_instances
+    from ..evaluation import repeats
+
+    env = settings[0]
+    notes = [
+        f"Control {env.control}, limits {env.limits}, perception {env.perception}, "
+        f"simulation {env.simulation}."
+    ]
+    if any(repeats(env.scene, trials) for env in settings):
+        notes.append(
+            f"{trials} trials are {test_instances(env.scene)} instances with several noise seeds: "
+            "intervals and p take them for independent, which they are not quite."
+        )
+    return notes

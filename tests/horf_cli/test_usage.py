@@ -15,7 +15,8 @@ import pytest
         (["train", "--simulation", "dynamical"], "dynamic"),
         (["evaluate", "--methods", "hra,hrra"], "hra"),
         (["evaluate", "--scenes", "room,isle"], "aisle"),
-        (["evaluate", "--trials", "1", "--out", "t.cvs"], ".csv"),
+        (["evaluate", "--policy", "hfs=x", "--methods", "hfss,hra"], "hfss"),
+        (["evaluate", "--backend", "rey"], "ray"),
     ],
 )
 def test_unknown_name_is_wrong_usage_with_the_nearest_name(
@@ -38,7 +39,7 @@ def test_unknown_command_names_the_nearest(horf):
 
 @pytest.mark.parametrize(
     "args",
-    [["demo", "--instance", 50], ["evaluate", "--trials", 51], ["train", "--final-episodes", 21]],
+    [["demo", "--instance", 50], ["evaluate", "--trials", 0], ["train", "--final-episodes", 21]],
 )
 def test_instance_beyond_the_test_set_is_wrong_usage(horf, tmp_path, monkeypatch, args):
     monkeypatch.chdir(tmp_path)
