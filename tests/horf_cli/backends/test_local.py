@@ -46,7 +46,8 @@ sys.path.insert(0, sys.argv[1])
 import jobs_of_a_test
 from horf_cli.backends import make_backend
 if __name__ == "__main__":
-    list(make_backend("local", workers=2).run(jobs_of_a_test.wait_for_interruption, [sys.argv[1]] * 3))
+    backend = make_backend("local", workers=2)
+    list(backend.run(jobs_of_a_test.wait_for_interruption, [sys.argv[1]] * 3))
 """
 
 
