@@ -13,8 +13,8 @@ from .templating import render
 
 
 def terminal_table(table: TableOne) -> Table:
-    """For the terminal."""
-    shown = Table(caption="\n".join(table.notes), caption_justify="left")
+    """For the terminal, without the notes."""
+    shown = Table()
     shown.add_column("scene")
     shown.add_column("metric")
     for column in table.columns:

@@ -59,7 +59,7 @@ class _Metric:
     label: str
     field: str
     text: Callable[[Summary], str]
-    paper_digits: int = 2
+    paper_format: str = ".3f"
 
 
 def _number(field: str, digits: int) -> Callable[[Summary], str]:
@@ -76,7 +76,7 @@ _METRICS = (
     _Metric("TL of EE (m)", "path_length_ee", _number("path_length_ee", 2)),
     _Metric("AV (m/s)", "mean_ee_speed", _number("mean_ee_speed", 2)),
     _Metric("Total Runtime (s)", "total_time", _number("total_time", 2)),
-    _Metric("Success Rate (%)", "success", lambda s: _percent(s), 1),
+    _Metric("Success Rate (%)", "success", lambda s: _percent(s), "g"),
     # And what it does not tell.
     _Metric("execution (s)", "", _number("execution_time", 2)),
     _Metric("planning (s)", "", _number("planning_time", 3)),
@@ -198,7 +198,7 @@ def _row(
     values = [paper.get(method, {}).get(metric.field) for method in printed]
     return Row(
         metric.label,
-        [*measured, *("" if v is None else f"{v:.{metric.paper_digits}f}" for v in values)],
+        [*measured, *("" if v is None else format(v, metric.paper_format) for v in values)],
     )
 
 

@@ -166,7 +166,7 @@ def _report(
     else:
         console = result_console()
         console.print(terminal_table(table))
-        console.print("\n".join(str(file) for file in files), markup=False)
+        console.print("\n".join([*table.notes, *map(str, files)]), markup=False)
     if failed:
         raise typer.Exit(SOME_JOBS_FAILED)
 

@@ -41,8 +41,8 @@ def test_layout_is_the_papers_with_its_figures_beside(trials):
         "Total Runtime (s)",
         "Success Rate (%)",
     ]
-    assert cells(table, "TL of MM (m)") == ["6.00", "-", "9.21"]
-    assert cells(table, "Success Rate (%)") == ["90.0 [59.6, 98.2]", "0.0 [0.0, 27.8]", "70.1"]
+    assert cells(table, "TL of MM (m)") == ["6.00", "-", "9.215"]
+    assert cells(table, "Success Rate (%)") == ["90.0 [59.6, 98.2]", "0.0 [0.0, 27.8]", "70.12"]
     assert cells(table, "SPL")[2] == ""
     assert any("other scenes" in note for note in table.notes)
     assert table.notes[-1] == "a note"
@@ -68,8 +68,8 @@ def test_all_formats_hold_the_same_cells(trials, tmp_path):
     markdown, values, latex = write_table(table, tmp_path)
     rows = list(csv.reader(values.open()))
     assert rows[0] == ["scene", "metric", *table.columns]
-    assert rows[1] == ["room", "TL of MM (m)", "6.00", "-", "9.21"]
-    assert "| room | TL of MM (m) | 6.00 | - | 9.21 |" in markdown.read_text()
+    assert rows[1] == ["room", "TL of MM (m)", "6.00", "-", "9.215"]
+    assert "| room | TL of MM (m) | 6.00 | - | 9.215 |" in markdown.read_text()
     lines = [line for line in markdown.read_text().splitlines() if line.startswith("|")]
     assert {line.count("|") for line in lines} == {6}
     tex = latex.read_text()
