@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from copy import deepcopy
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -52,7 +53,8 @@ def hyperparameters(algorithm: str, env_id: str) -> dict[str, Any]:
 
 def new_model(run: Run) -> BaseAlgorithm:
     """An untrained model on one thread of the CPU."""
-    arguments = hyperparameters(run.algorithm, run.task.env_id) | run.arguments
+    # A copy: Stable-Baselines3 adds to the dictionaries that it is given.
+    arguments = hyperparameters(run.algorithm, run.task.env_id) | deepcopy(run.arguments)
     env = make_vec_env(run.task.env_id, n_envs=arguments.pop("n_envs", 1), seed=run.seed)
     if arguments.pop("noise_type", None) == "normal":
         zeros = np.zeros(env.action_space.shape or (1,))

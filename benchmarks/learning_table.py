@@ -1,0 +1,59 @@
+"""Table of a learning study: interquartile means over seeds with 95 % bootstrap intervals.
+
+    python benchmarks/learning_table.py benchmarks/results/learning
+
+Every run in the folder counts. "Final" is the mean return of the last evaluation, "curve" the mean
+of all evaluations. Q bias (predicted minus observed discounted soft return, in units of return) and
+sigma are medians over seeds at the end; the time is processor time of learning per environment
+step, median over seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from study.summary import Group, estimate, groups
+
+HEADER = ("task", "variant", "algorithm", "runs", "final", "curve", "Q bias", "sigma", "ms / step")
+
+
+def cells(group: Group) -> list[str]:
+    """Cells of one row."""
+    curve = group.returns.mean(axis=0, keepdims=True)
+    runs = str(len(group.last))
+    if group.stopped:
+        runs += f" ({len(group.stopped)} stopped early)"
+    times = [1e3 * row["cpu_s"] / row["step"] for row in group.last]
+    return [
+        group.task,
+        group.variant or "-",
+        group.algorithm,
+        runs,
+        str(estimate(group.returns[-1:])[0]),
+        str(estimate(curve)[0]),
+        number(group.last_median("q_bias")),
+        number(group.last_median("sigma_mean")),
+        number(sorted(times)[len(times) // 2]),
+    ]
+
+
+def number(value: float | None) -> str:
+    """A number of three digits, or a dash."""
+    return "-" if value is None else f"{value:.3g}"
+
+
+def main() -> None:
+    """Print the table, then what stopped runs early."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    found = groups(parser.parse_args().folder)
+    for row in (HEADER, ["---"] * len(HEADER), *map(cells, found)):
+        print(f"| {' | '.join(row)} |")
+    for group in found:
+        for reason in group.stopped:
+            print(f"{group.task} {group.variant} {group.algorithm}: {reason}")
+
+
+if __name__ == "__main__":
+    main()
