@@ -29,7 +29,7 @@ gym.register_envs(horf_env)
 class EnvSettings(BaseModel):
     """Arguments of `horf/Reach-v0`; see there."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     scene: str
     action_layer: str = "sdf_qp"

@@ -12,6 +12,10 @@ class CliError(Exception):
     """An error of the command line itself; its text names the thing and the cure."""
 
 
+class UsageError(CliError):
+    """Something that was typed, or stands in a file of settings, cannot be meant."""
+
+
 def exit_code(error: Exception) -> int | None:
     """Exit code for an error, or None if it is a bug and deserves its trace.
 
@@ -22,7 +26,7 @@ def exit_code(error: Exception) -> int | None:
     from horf_env.errors import HorfEnvError, UnknownNameError
     from horf_env.scenes.instances import InstanceIndexError
 
-    if isinstance(error, UnknownNameError | InstanceIndexError):
+    if isinstance(error, UnknownNameError | InstanceIndexError | UsageError):
         return WRONG_USAGE
     if isinstance(error, BrokenPipeError):  # `horf ... | head`: typer knows what to do
         return None

@@ -1,26 +1,23 @@
-"""Stable-Baselines3 models for the robot: making them, saving them, what their memory costs."""
+"""Stable-Baselines3 models for the robot: making them, and what their memory costs."""
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
+from stable_baselines3.common.type_aliases import GymEnv
 
 from sb3_bayes_dsac.common.encoders import DepthEncoder
 
-from .algorithms import Catalogue
-from .runs import RunConfig
+from .algorithms import catalogue
+from .config import TrainConfig
 
 _MEGABYTE = 1e6
 
 
-def new_model(config: RunConfig, catalogue: Catalogue, env: gym.Env[Any, Any]) -> BaseAlgorithm:
+def new_model(config: TrainConfig, env: GymEnv) -> BaseAlgorithm:
     """An untrained model with the encoder and nets that all algorithms share.
 
     SB3's own algorithms give actor and critics an encoder each; those of `sb3_bayes_dsac` share
@@ -28,10 +25,9 @@ def new_model(config: RunConfig, catalogue: Catalogue, env: gym.Env[Any, Any]) -
 
     Args:
         config: The run.
-        catalogue: Where its algorithm is looked up.
         env: Where it learns.
     """
-    algorithm, networks = catalogue.algorithm(config.algo), catalogue.networks
+    algorithm, networks = catalogue().algorithm(config.algo), catalogue().networks
     extra: dict[str, Any] = {}
     if algorithm.action_noise:
         zeros = np.zeros(env.action_space.shape or (1,))
@@ -45,24 +41,17 @@ def new_model(config: RunConfig, catalogue: Catalogue, env: gym.Env[Any, Any]) -
             "net_arch": list(networks.hidden),
         },
         seed=config.seed,
-        **config.arguments,
+        device=config.device,
+        **config.arguments(),
         **extra,
     )
     return model
 
 
-def buffer_megabytes(observations: spaces.Space[Any], n: int) -> float:
-    """Size of a replay buffer that stores n observations and their successors [MB]."""
-    size = sum(part.nbytes for part in observations.sample().values())
-    return float(2 * n * size / _MEGABYTE)
-
-
-def save_model(model: BaseAlgorithm, path: Path) -> None:
-    """Write a checkpoint; under its name there is a complete one at any time.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
-    unfinished = path.with_name(f".{path.name}.part")
-    model.save(unfinished)
-    os.replace(unfinished, path)
+def buffer_megabytes(model: BaseAlgorithm) -> float | None:
+    """Size of the replay buffer when it is full [MB]; None if there is none."""
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is None:
+        return None
+    parts = (*buffer.observations.values(), *buffer.next_observations.values())
+    return float(sum(part.nbytes for part in parts) / _MEGABYTE)

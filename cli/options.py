@@ -12,7 +12,8 @@ EXECUTION = "Execution"
 OUTPUT = "Output"
 
 
-def _complete_scenes(incomplete: str) -> list[str]:
+def complete_scenes(incomplete: str) -> list[str]:
+    """Scene families that begin so."""
     from horf_env.scenes import SCENES
 
     return [name for name in SCENES if name.startswith(incomplete)]
@@ -27,7 +28,7 @@ Scene = Annotated[
     str,
     typer.Option(
         help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
-        autocompletion=_complete_scenes,
+        autocompletion=complete_scenes,
         rich_help_panel=EXPERIMENT,
     ),
 ]

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+import json
+import warnings
+import zipfile
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
-from stable_baselines3.common.base_class import BaseAlgorithm
 
-from horf_env.types import FloatArray
+from horf_env.types import N_VELOCITIES, FloatArray
 
 from .algorithms import catalogue
+from .checkpoints import BEST, POLICY, DamagedCheckpointError, checkpoints
 from .environments import Env
 from .exit_codes import CliError
+from .metrics import DamagedFileWarning
+from .policy_files import read_policy
 from .runs import RunFolder
 
 
-class PolicyPlanner:
-    """A model that acts without noise; see `horf_env.planners.Planner`."""
+class Predictor(Protocol):
+    """A model or policy of Stable-Baselines3."""
 
-    def __init__(self, model: BaseAlgorithm, action_layer: str) -> None:
+    def predict(self, observation: Any, *, deterministic: bool) -> Any:
+        """Action and state."""
+
+
+class PolicyPlanner:
+    """A policy that acts without noise; see `horf_env.planners.Planner`."""
+
+    def __init__(self, model: Predictor, action_layer: str) -> None:
         self._model, self.action_layer = model, action_layer
 
     def reset(self, env: Env) -> None:
@@ -26,25 +39,70 @@ class PolicyPlanner:
 
     def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
         """Mean action of the policy."""
-        action, _ = self._model.predict(observation, deterministic=True)
+        action: FloatArray = self._model.predict(observation, deterministic=True)[0]
         return action
 
 
-def load_policy(path: Path) -> PolicyPlanner:
-    """Load a policy of one's own: Stable-Baselines3 unpickles, so a file can run any code.
+def load_policy(path: Path, *, trust: bool = False) -> PolicyPlanner:
+    """Load a policy on the CPU. Nothing is unpickled, unless a zip is trusted.
 
     Args:
-        path: Run folder (its best checkpoint, or the last if there is no best), or a checkpoint
-            inside of a run folder.
+        path: Run folder (the policy of its best evaluation, or the last one before the first
+            evaluation), a file of `horf export`, or a model.zip of Stable-Baselines3.
+        trust: Whether a zip may be loaded: it is unpickled, and may run any code.
 
     Raises:
-        CliError: If it is neither, or the checkpoint cannot be loaded.
+        CliError: If it is none of these, or a zip is not trusted.
     """
-    run = RunFolder.around(path)
-    config = run.read().config
-    file = path if path.is_file() else run.best if run.best.exists() else run.last
+    if path.suffix == ".zip":
+        return _from_zip(path, trust=trust)
+    settings, policy = read_policy(policy_file(path))
+    return PolicyPlanner(policy, settings.env.action_layer)
+
+
+def policy_file(path: Path) -> Path:
+    """The file itself, or the newest sound policy of a run folder.
+
+    Raises:
+        CliError: If the folder is no run, or has no checkpoint yet.
+    """
+    if not path.is_dir():
+        return path
+    run = RunFolder(path)
+    run.read()
+    for checkpoint in checkpoints(run.checkpoints):
+        try:
+            return checkpoint.verified(BEST if BEST in checkpoint else POLICY)
+        except DamagedCheckpointError as error:
+            text = f"{error}: the one before is used"
+            warnings.warn(text, DamagedFileWarning, stacklevel=2)
+    raise CliError(f"{path}: no sound checkpoint in there; the first comes after an evaluation")
+
+
+def _from_zip(path: Path, *, trust: bool) -> PolicyPlanner:
+    if not trust:
+        raise CliError(
+            f"{path}: loading a zip of Stable-Baselines3 unpickles it, which may run any code. "
+            "Ask for the file of `horf export`, or give --trust if you made it yourself"
+        )
     try:
-        model = catalogue().algorithm(config.algo).load().load(file, device="cpu")
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise CliError(f"{file}: no checkpoint of {config.algo} ({error})") from error
-    return PolicyPlanner(model, config.env.action_layer)
+        algorithm = catalogue().algorithm(_algorithm_of(path)).load()
+        model = algorithm.load(path, device="cpu")
+    except (OSError, ValueError, KeyError, RuntimeError, zipfile.BadZipFile) as error:
+        raise CliError(f"{path}: no model of Stable-Baselines3 ({error})") from error
+    return PolicyPlanner(model, _action_layer(model.action_space.shape[0]))
+
+
+def _algorithm_of(path: Path) -> str:
+    """Name of the algorithm whose kind of policy a zip says to hold; reads text only."""
+    with zipfile.ZipFile(path) as archive:
+        module = json.loads(archive.read("data"))["policy_class"]["__module__"]
+    for name, entry in catalogue().algorithms.items():
+        if entry.load().policy_aliases["MultiInputPolicy"].__module__ == module:
+            return name
+    raise CliError(f"{path}: no algorithm of `horf train` has policies of {module}")
+
+
+def _action_layer(size: int) -> str:
+    """A zip does not say what its actions are; nine numbers are velocities, six a twist."""
+    return "joint_velocity" if size == N_VELOCITIES else "sdf_qp"

@@ -1,78 +1,86 @@
-"""Run folders: what a training run leaves on disk, and its manifest."""
+"""Run folders: what a training run leaves on disk, its manifest, and who may write there."""
 
 from __future__ import annotations
 
-import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt, ValidationError
+from filelock import FileLock, Timeout
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from .environments import EnvSettings
+from .atomic_files import StorageError, write_atomically
+from .config import TrainConfig
 from .exit_codes import CliError
 from .folders import new_folder
 from .provenance import git_revision, machine, versions
 
-Status = Literal["running", "completed", "interrupted", "failed"]
+Status = Literal["running", "finished", "failed", "interrupted"]
 
 
-class Protocol(BaseModel):
-    """When and how a policy is evaluated while it learns.
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+class Resumption(BaseModel):
+    """That a run was continued.
 
     Attributes:
-        every: Steps between two evaluations; 6000 in the paper.
-        episodes: Episodes of each, on validation instances without action noise; 2 in the paper.
-        final_episodes: Episodes at the end.
+        step: From which step on.
+        time: When.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    every: PositiveInt = 6000
-    episodes: PositiveInt = 2
-    final_episodes: PositiveInt = 20
-
-
-class RunConfig(BaseModel):
-    """Everything that decides what a training run does.
-
-    Attributes:
-        algo: Name of the algorithm.
-        arguments: Its arguments.
-        env: The environment.
-        steps: Environment steps.
-        seed: Of networks, exploration and training instances.
-        threads: Threads of torch.
-        protocol: Evaluation.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    algo: str
-    arguments: dict[str, Any]
-    env: EnvSettings
-    steps: PositiveInt
-    seed: int = Field(ge=0)
-    threads: PositiveInt
-    protocol: Protocol
+    step: int
+    time: datetime = Field(default_factory=_now)
 
 
 class Manifest(BaseModel):
-    """Content of manifest.json."""
+    """Content of manifest.json.
+
+    Attributes:
+        config: Settings of the run; with seed, device and threads.
+        config_hash: `TrainConfig.content_hash` of them.
+        arguments: What the algorithm was called with.
+        command: As typed.
+        versions: Of Python and packages.
+        git_revision: Of the code, if known.
+        machine: Processor, cores, system.
+        started: When.
+        ended: When, if it has.
+        status: What became of it; "running" also after a SIGKILL.
+        steps_done: Environment steps, when it ended.
+        error: Why it failed, in one line.
+        resumed: Each time it was continued.
+    """
 
     model_config = ConfigDict(extra="forbid")
 
-    config: RunConfig
+    config: TrainConfig
+    config_hash: str
+    arguments: dict[str, Any]
     command: list[str] = Field(default_factory=lambda: list(sys.argv))
     versions: dict[str, str] = Field(default_factory=versions)
     git_revision: str | None = Field(default_factory=git_revision)
     machine: dict[str, str | int] = Field(default_factory=machine)
-    started: datetime = Field(default_factory=lambda: datetime.now(UTC))
+    started: datetime = Field(default_factory=_now)
     ended: datetime | None = None
     status: Status = "running"
     steps_done: int = 0
+    error: str = ""
+    resumed: list[Resumption] = Field(default_factory=list)
+
+    @classmethod
+    def of(cls, config: TrainConfig) -> Manifest:
+        """The manifest of a run that begins now."""
+        return cls(
+            config=config, config_hash=config.content_hash(), arguments=dict(config.arguments())
+        )
 
 
 @dataclass(frozen=True)
@@ -82,24 +90,23 @@ class RunFolder:
     path: Path
 
     @classmethod
-    def create(cls, root: Path, config: RunConfig) -> RunFolder:
-        """Make `root/<scene>/<algo>/seed<k>-<time>/`, a folder that did not exist.
+    def create(cls, root: Path, config: TrainConfig) -> RunFolder:
+        """Make `root/<scene>/<algo>/seed<k>-<time>/`, an empty folder that did not exist.
 
         Raises:
-            OSError: If it cannot be made.
+            StorageError: If it cannot be made.
         """
         time = datetime.now().strftime("%Y%m%d-%H%M%S")
         name = Path(config.env.scene_name, config.algo, f"seed{config.seed}-{time}")
-        folder = cls(new_folder(root / name))
-        folder.last.parent.mkdir()
-        folder.recordings.mkdir()
-        folder.write(Manifest(config=config))
-        return folder
+        try:
+            return cls(new_folder(root / name))
+        except OSError as error:
+            raise StorageError(root / name, error) from error
 
     @classmethod
     def around(cls, path: Path) -> RunFolder:
-        """The run that a folder is, or that a checkpoint belongs to."""
-        return cls(path if path.is_dir() else path.parent.parent)
+        """The run that a folder is, or that a file of a checkpoint belongs to."""
+        return cls(path if path.is_dir() else path.parent.parent.parent)
 
     @property
     def manifest(self) -> Path:
@@ -107,19 +114,9 @@ class RunFolder:
         return self.path / "manifest.json"
 
     @property
-    def best(self) -> Path:
-        """Checkpoint of the best evaluation."""
-        return self.path / "checkpoints" / "best.zip"
-
-    @property
-    def last(self) -> Path:
-        """Latest checkpoint."""
-        return self.path / "checkpoints" / "last.zip"
-
-    @property
-    def evaluations(self) -> Path:
-        """Trials of all evaluations."""
-        return self.path / "evaluations.csv"
+    def checkpoints(self) -> Path:
+        """Folder of checkpoints."""
+        return self.path / "checkpoints"
 
     @property
     def recordings(self) -> Path:
@@ -127,9 +124,29 @@ class RunFolder:
         return self.path / "recordings"
 
     @property
-    def logs(self) -> Path:
-        """Folder of TensorBoard's events and progress.csv."""
-        return self.path / "logs"
+    def tensorboard(self) -> Path:
+        """Folder of TensorBoard's events."""
+        return self.path / "tensorboard"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep other processes out; the kernel unlocks when this one ends, however it ends.
+
+        Raises:
+            CliError: If another process is at work there.
+            StorageError: If the folder cannot be written to.
+        """
+        lock = FileLock(self.path / ".lock")
+        try:
+            lock.acquire(blocking=False)
+        except Timeout as error:
+            raise CliError(
+                f"{self.path}: another process is training there; wait, or end it"
+            ) from error
+        except OSError as error:
+            raise StorageError(self.path, error) from error
+        with lock:
+            yield
 
     def read(self) -> Manifest:
         """Read the manifest.
@@ -149,12 +166,15 @@ class RunFolder:
             raise CliError(f"{self.manifest}: field {field!r}: {first['msg']}") from error
 
     def write(self, manifest: Manifest) -> None:
-        """Replace the manifest at once."""
-        unfinished = self.manifest.with_name(f".{self.manifest.name}.part")
-        unfinished.write_text(manifest.model_dump_json(indent=2))
-        os.replace(unfinished, self.manifest)
+        """Replace the manifest at once.
 
-    def finish(self, status: Status, steps_done: int) -> None:
+        Raises:
+            StorageError: If it cannot be written; the old one stays.
+        """
+        text = manifest.model_dump_json(indent=2)
+        write_atomically(self.manifest, lambda file: file.write(text.encode()))
+
+    def finish(self, status: Status, steps_done: int, error: str = "") -> None:
         """Note in the manifest how the run ended."""
-        update = {"status": status, "steps_done": steps_done, "ended": datetime.now(UTC)}
+        update = {"status": status, "steps_done": steps_done, "ended": _now(), "error": error}
         self.write(self.read().model_copy(update=update))

@@ -1,149 +1,265 @@
-"""A training run from its configuration to its last checkpoint."""
+"""A training run from its settings to its last checkpoint, at once or in several sessions."""
 
 from __future__ import annotations
 
+import pickle
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
+import pyarrow.compute as pc
 import torch as th
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.logger import configure
-from stable_baselines3.common.monitor import Monitor
 
-from .algorithms import OffPolicy, catalogue
-from .callbacks import CheckInterruption, Evaluate, ShowProgress
-from .environments import Env, EnvSettings, make_env
-from .episodes import Trial
+from .algorithms import catalogue
+from .atomic_files import StorageError
+from .callbacks import Attendant
+from .checkpoints import (
+    BUFFER,
+    MODEL,
+    STATE,
+    Checkpoint,
+    DamagedCheckpointError,
+    checkpoints,
+    forget_after,
+    forget_training,
+)
+from .config import TrainConfig
+from .evaluator import Evaluator
+from .exit_codes import CliError, one_line
 from .interruption import Interruption
-from .models import buffer_megabytes, new_model, save_model
-from .runs import Protocol, RunConfig, RunFolder, Status
+from .metrics import read_evaluations
+from .models import buffer_megabytes, new_model
+from .progress import Listener, Silence
+from .run_log import Clock, RunLog
+from .run_state import RunState, Times
+from .runs import Manifest, Resumption, RunFolder, Status
+from .training_envs import EpisodeNotReproducedError, TimedEnvs, training_envs
 
 
 @dataclass(frozen=True)
-class TrainingResult:
+class RunResult:
     """What came of a run.
 
     Attributes:
         folder: Where everything is.
-        status: "completed", or "interrupted" by Ctrl-C.
-        steps: Steps done.
-        trials: Validation episodes at the end; none if it was interrupted.
+        status: "finished", or "interrupted" by Ctrl-C.
+        steps: Environment steps done.
+        episodes: Validation episodes at the end; 0 if it was interrupted.
+        successes: How many of them reached the goal.
+        mean_return: Of them; None without any.
     """
 
-    folder: RunFolder
+    folder: Path
     status: Status
     steps: int
-    trials: list[Trial]
+    episodes: int
+    successes: int
+    mean_return: float | None
 
 
-def run_config(
+@dataclass(frozen=True)
+class _Loaded:
+    """A checkpoint that was read."""
+
+    checkpoint: Checkpoint
+    model: BaseAlgorithm
+    state: RunState
+
+
+def train(
+    config: TrainConfig,
+    folder: Path,
     *,
-    algo: str,
-    env: EnvSettings,
-    steps: int,
-    seed: int,
-    threads: int,
-    buffer_size: int | None,
-    protocol: Protocol,
-) -> RunConfig:
-    """Complete the settings of a run with the arguments of its algorithm.
-
-    Args:
-        algo: Name of the algorithm.
-        env: The environment.
-        steps: Environment steps.
-        seed: Of everything random.
-        threads: Threads of torch.
-        buffer_size: Instead of the catalogue's; None to keep that.
-        protocol: Evaluation.
-
-    Raises:
-        UnknownNameError: If there is no such algorithm.
-    """
-    arguments = catalogue().arguments(algo, steps)
-    if buffer_size is not None and isinstance(arguments, OffPolicy):
-        arguments = arguments.model_copy(update={"buffer_size": buffer_size})
-    return RunConfig(
-        algo=algo,
-        arguments=arguments.model_dump(),
-        env=env,
-        steps=steps,
-        seed=seed,
-        threads=threads,
-        protocol=protocol,
-    )
-
-
-def train(config: RunConfig, root: Path, console: Console) -> TrainingResult:
+    resume: bool = False,
+    exact: bool = False,
+    progress: Listener | None = None,
+) -> RunResult:
     """Train, evaluate, store.
 
     Args:
         config: What to do.
-        root: Folder of all runs.
-        console: For progress and notes.
+        folder: Of this run; made if needed.
+        resume: Whether to go on with a run that is in there. Without one it begins.
+        exact: Whether to refuse to resume if the running episode cannot be repeated bit by bit.
+        progress: Who is told how it goes on.
 
     Raises:
-        UnknownNameError: If a name in the configuration is not valid; no folder is made then.
-        MemoryError: If the replay buffer does not fit; no folder is made then.
-        OSError: If the run cannot be stored.
+        UnknownNameError: If a name in the settings is not valid.
+        CliError: If the folder holds another run or another process is at work there, if training
+            diverges, or if files cannot be written (`StorageError`).
+        MemoryError: If the replay buffer does not fit.
     """
-    th.set_num_threads(config.threads)
-    env, evaluation_env = make_env(config.env), make_env(config.env)
-    _announce_buffer(config, env, console)
-    model = new_model(config, catalogue(), env)
-    folder = RunFolder.create(root, config)
-    console.print(f"run folder: {folder.path}")
-    model.set_env(Monitor(env, str(folder.path / "monitor.csv"), info_keywords=("is_success",)))
-    model.set_logger(configure(str(folder.logs), ["csv", "tensorboard"]))
-    with Interruption() as interruption, _progress(console) as progress:
-        evaluate = Evaluate(
-            evaluation_env, folder, config, progress=progress, interruption=interruption
-        )
-        callbacks = [CheckInterruption(interruption), ShowProgress(progress, config), evaluate]
-        status, trials = _learn(model, config, callbacks, evaluate)
-    env.close()
-    evaluation_env.close()
-    return TrainingResult(folder, status, model.num_timesteps, trials)
-
-
-def _learn(
-    model: BaseAlgorithm, config: RunConfig, callbacks: list[BaseCallback], evaluate: Evaluate
-) -> tuple[Status, list[Trial]]:
-    """Learn and evaluate; the last checkpoint and the manifest are right in any case."""
-    status: Status = "failed"
-    trials: list[Trial] = []
+    run, listener = RunFolder(folder), progress or Silence()
     try:
-        # Logged after each episode: these are few and long.
-        model.learn(config.steps, callbacks, log_interval=1)
-        trials = evaluate.evaluate(config.protocol.final_episodes, "final")
-        status = "completed"
-    except KeyboardInterrupt:
-        save_model(model, evaluate.folder.last)
-        status = "interrupted"
-    finally:
-        evaluate.folder.finish(status, model.num_timesteps)
-    return status, trials
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(folder, error) from error
+    with run.locked():
+        if run.manifest.exists():
+            _check_resumable(run, config, resume=resume)
+            if run.read().status == "finished":
+                return _result(run)
+        else:
+            run.write(Manifest.of(config))
+        _guarded(run, config, listener, exact=exact)
+    return _result(run)
 
 
-def _announce_buffer(config: RunConfig, env: Env, console: Console) -> None:
-    size = config.arguments.get("buffer_size")
-    if size is not None:
-        megabytes = buffer_megabytes(env.observation_space, size)
-        console.print(f"replay buffer: {size} transitions, {megabytes:.0f} MB when full")
+def _check_resumable(run: RunFolder, config: TrainConfig, *, resume: bool) -> None:
+    if not resume:
+        raise CliError(f"{run.path} holds a run: resume it, or give another folder")
+    if run.read().config_hash != config.content_hash():
+        raise CliError(
+            f"{run.path} holds a run with other settings, or the defaults of its algorithm have "
+            "changed since; start a new one"
+        )
 
 
-def _progress(console: Console) -> Progress:
-    """Bars for a terminal."""
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[success]}"),
-        console=console,
-        disable=not console.is_terminal,
+def _guarded(run: RunFolder, config: TrainConfig, listener: Listener, *, exact: bool) -> None:
+    """Run a session; the manifest tells how it ended."""
+    with ExitStack() as stack:
+        session = _Session(run, config, listener, stack)
+        try:
+            session.prepare(exact=exact)
+            session.learn()
+        except KeyboardInterrupt:
+            run.finish("interrupted", session.steps)
+        except Exception as error:
+            with suppress(StorageError):  # the first error tells more
+                run.finish("failed", session.steps, f"{type(error).__name__}: {one_line(error)}")
+            raise
+        else:
+            run.finish("finished", session.steps)
+            forget_training(run.checkpoints)
+
+
+class _Session:
+    """One process's part of a run."""
+
+    def __init__(
+        self, run: RunFolder, config: TrainConfig, listener: Listener, stack: ExitStack
+    ) -> None:
+        self._run, self._config, self._listener, self._stack = run, config, listener, stack
+        self._model: BaseAlgorithm | None = None
+
+    @property
+    def steps(self) -> int:
+        """Environment steps done."""
+        return self._model.num_timesteps if self._model else 0
+
+    def prepare(self, *, exact: bool) -> None:
+        """Make or load everything."""
+        config, run = self._config, self._run
+        th.set_num_threads(config.threads)
+        envs = training_envs(config)
+        self._stack.callback(envs.close)
+        loaded = _newest(run, config, envs, self._listener)
+        forget_after(run.checkpoints, loaded.checkpoint if loaded else None)
+        self._model = model = loaded.model if loaded else new_model(config, envs)
+        state = loaded.state if loaded else None
+        clock = Clock(state.times if state else Times())
+        parts = (state.metrics_parts, state.evaluation_parts) if state else (0, 0)
+        log = RunLog(run, clock, step=model.num_timesteps, parts=parts)
+        self._stack.callback(log.logger.close)
+        model.set_logger(log.logger)
+        interruption = self._stack.enter_context(Interruption())
+        evaluator = Evaluator(config, run, interruption.check)
+        self._stack.callback(evaluator.close)
+        self._attendant = Attendant(
+            config,
+            run,
+            log=log,
+            clock=clock,
+            evaluator=evaluator,
+            interruption=interruption,
+            listener=self._listener,
+        )
+        _announce(model, self._listener)
+        if loaded:
+            self._restore(loaded, envs, log, exact=exact)
+        elif run.read().status != "running":
+            _note_resumption(run, 0)
+
+    def learn(self) -> None:
+        """Learn to the end and evaluate."""
+        assert self._model is not None
+        # Logged after each episode: these are few and long. SB3 adds the steps that it is given
+        # to those that were done.
+        self._model.learn(
+            self._config.steps - self.steps,
+            self._attendant,
+            log_interval=1,
+            reset_num_timesteps=self.steps == 0,
+        )
+        self._attendant.finish()
+
+    def _restore(self, loaded: _Loaded, envs: TimedEnvs, log: RunLog, *, exact: bool) -> None:
+        model, state = loaded.model, loaded.state
+        last = cast("dict[str, Any]", model._last_obs)
+        if not envs.repeat(state.episodes, last):
+            if exact:
+                raise EpisodeNotReproducedError
+            self._listener.note("the running episode could not be repeated: it starts anew")
+            model._last_obs = envs.reset()  # type: ignore[assignment]
+        log.restore(state.pending)
+        self._attendant.restore(state, loaded.checkpoint)
+        _note_resumption(self._run, model.num_timesteps)
+        self._listener.note(f"resumed at step {model.num_timesteps}")
+        state.generators.restore(model)
+
+
+def _newest(
+    run: RunFolder, config: TrainConfig, envs: TimedEnvs, listener: Listener
+) -> _Loaded | None:
+    """The newest sound checkpoint, or None for a run that has to begin again."""
+    for checkpoint in checkpoints(run.checkpoints):
+        try:
+            return _load(checkpoint, config, envs)
+        except DamagedCheckpointError as error:
+            listener.note(f"{error}: the one before is used")
+    return None
+
+
+def _load(checkpoint: Checkpoint, config: TrainConfig, envs: TimedEnvs) -> _Loaded:
+    """Read a checkpoint; all checksums are checked before anything is unpickled."""
+    buffered = catalogue().algorithm(config.algo).kind == "off_policy"
+    needed = [MODEL, STATE, *([BUFFER] if buffered else [])]
+    paths = {name: checkpoint.verified(name) for name in needed}
+    algorithm = catalogue().algorithm(config.algo).load()
+    # buffer_size=1: SB3 would allocate a whole buffer, which is replaced at once.
+    size = {"buffer_size": 1} if buffered else {}
+    model = algorithm.load(paths[MODEL], env=envs, device=config.device, force_reset=False, **size)
+    if buffered:
+        model.buffer_size = config.arguments()["buffer_size"]
+        model.load_replay_buffer(paths[BUFFER])
+    with paths[STATE].open("rb") as file:
+        state = pickle.load(file)
+    return _Loaded(checkpoint, model, state)
+
+
+def _note_resumption(run: RunFolder, step: int) -> None:
+    manifest = run.read()
+    resumed = [*manifest.resumed, Resumption(step=step)]
+    update = {"resumed": resumed, "status": "running", "ended": None, "error": ""}
+    run.write(manifest.model_copy(update=update))
+
+
+def _announce(model: BaseAlgorithm, listener: Listener) -> None:
+    megabytes = buffer_megabytes(model)
+    if megabytes is not None:
+        listener.note(f"replay buffer: {megabytes:.0f} MB when full")
+
+
+def _result(run: RunFolder) -> RunResult:
+    manifest, table = run.read(), read_evaluations(run.path)
+    final = table.filter(pc.equal(table["protocol"], "validation"))
+    return RunResult(
+        folder=run.path,
+        status=manifest.status,
+        steps=manifest.steps_done,
+        episodes=final.num_rows,
+        successes=pc.sum(final["success"]).as_py() or 0,
+        mean_return=pc.mean(final["return"]).as_py(),
     )

@@ -8,24 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..exit_codes import INTERRUPTED
-from ..options import (
-    EXECUTION,
-    EXPERIMENT,
-    OUTPUT,
-    Control,
-    Json,
-    Limits,
-    Perception,
-    Scene,
-    Simulation,
-)
+from ..exit_codes import INTERRUPTED, UsageError
+from ..options import EXECUTION, EXPERIMENT, OUTPUT, Json, complete_scenes
 
 if TYPE_CHECKING:
-    from ..environments import EnvSettings
-    from ..training import TrainingResult
+    from ..config import TrainConfig
+    from ..training import RunResult
 
 _EVALUATION = "Evaluation"
+_RUNS = Path("runs")
 
 
 def _complete_algorithms(incomplete: str) -> list[str]:
@@ -35,129 +26,231 @@ def _complete_algorithms(incomplete: str) -> list[str]:
 
 
 Algo = Annotated[
-    str,
+    str | None,
     typer.Option(
-        help="bayes_dsac, dsac_t, sac, td3, tqc or ppo.",
+        help="bayes_dsac, dsac_t, sac, td3, redq, tqc or ppo.",
+        show_default="bayes_dsac",
         autocompletion=_complete_algorithms,
         rich_help_panel=EXPERIMENT,
     ),
 ]
-Steps = Annotated[int, typer.Option(min=1, help="Environment steps.", rich_help_panel=EXPERIMENT)]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the run.", rich_help_panel=EXPERIMENT)]
-ActionLayer = Annotated[
-    str,
+TrainScene = Annotated[
+    str | None,
     typer.Option(
-        help="What an action is: sdf_qp (EE twist) or joint_velocity.", rich_help_panel=EXPERIMENT
+        help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
+        show_default="forest",
+        autocompletion=complete_scenes,
+        rich_help_panel=EXPERIMENT,
     ),
 ]
-EvaluateEvery = Annotated[
-    int, typer.Option(min=1, help="Steps between two evaluations.", rich_help_panel=_EVALUATION)
+Steps = Annotated[
+    int | None,
+    typer.Option(
+        min=1, help="Environment steps.", show_default="100000", rich_help_panel=EXPERIMENT
+    ),
 ]
-EvaluationEpisodes = Annotated[
-    int, typer.Option(min=1, help="Episodes of each.", rich_help_panel=_EVALUATION)
+Seed = Annotated[
+    int | None,
+    typer.Option(min=0, help="Seed of the run.", show_default="0", rich_help_panel=EXPERIMENT),
 ]
-FinalEpisodes = Annotated[
-    int, typer.Option(min=1, help="Episodes at the end.", rich_help_panel=_EVALUATION)
+ActionLayer = Annotated[
+    str | None,
+    typer.Option(
+        help="What an action is: sdf_qp or sampled_qp (EE twist), or joint_velocity.",
+        show_default="sdf_qp",
+        rich_help_panel=EXPERIMENT,
+    ),
 ]
-BufferSize = Annotated[
+ReplayRatio = Annotated[
+    float | None,
+    typer.Option(
+        help="Gradient steps an environment step.",
+        show_default="0.5",
+        rich_help_panel=EXPERIMENT,
+    ),
+]
+Config = Annotated[
+    Path | None,
+    typer.Option(help="Settings as TOML; options and -p win.", rich_help_panel=EXPERIMENT),
+]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-p",
+        metavar="KEY=VALUE",
+        help="Any setting: learning_rate=3e-4 (of the algorithm), env.limits=paper, "
+        "protocol.every=3000, storage.keep=5. May be repeated.",
+        rich_help_panel=EXPERIMENT,
+    ),
+]
+NEnvs = Annotated[
     int | None,
     typer.Option(
         min=1,
-        help="Transitions in the replay buffer, 31 kB each; by default STEPS, but 50,000 at most.",
+        help="Environments, each in its own process if there are several.",
+        show_default="1",
         rich_help_panel=EXECUTION,
     ),
 ]
-Threads = Annotated[int, typer.Option(min=1, help="Threads of torch.", rich_help_panel=EXECUTION)]
+Device = Annotated[
+    str | None, typer.Option(help="Of torch.", show_default="cpu", rich_help_panel=EXECUTION)
+]
+Threads = Annotated[
+    int | None,
+    typer.Option(min=1, help="Threads of torch.", show_default="1", rich_help_panel=EXECUTION),
+]
+EvaluateEvery = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        help="Steps between two evaluations.",
+        show_default="6000",
+        rich_help_panel=_EVALUATION,
+    ),
+]
+EvaluationEpisodes = Annotated[
+    int | None,
+    typer.Option(min=1, help="Episodes of each.", show_default="2", rich_help_panel=_EVALUATION),
+]
+FinalEpisodes = Annotated[
+    int | None,
+    typer.Option(
+        min=1, help="Episodes at the end.", show_default="20", rich_help_panel=_EVALUATION
+    ),
+]
 Out = Annotated[Path, typer.Option(help="Folder of all runs.", rich_help_panel=OUTPUT)]
+Resume = Annotated[
+    Path | None,
+    typer.Option(help="Go on with this run; no other setting is needed.", rich_help_panel=OUTPUT),
+]
+Exact = Annotated[
+    bool,
+    typer.Option(
+        "--exact",
+        help="Resume only if what follows is bit-equal to a run without interruption.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+DryRun = Annotated[
+    bool,
+    typer.Option("--dry-run", help="Print what would run, as JSON.", rich_help_panel=OUTPUT),
+]
 
 
 def train(
-    algo: Algo = "bayes_dsac",
-    scene: Scene = "forest",
-    steps: Steps = 100_000,
-    seed: Seed = 0,
-    action_layer: ActionLayer = "sdf_qp",
-    control: Control = "default",
-    limits: Limits = "ld60",
-    perception: Perception = "camera",
-    simulation: Simulation = "kinematic",
-    evaluate_every: EvaluateEvery = 6000,
-    evaluation_episodes: EvaluationEpisodes = 2,
-    final_episodes: FinalEpisodes = 20,
-    buffer_size: BufferSize = None,
-    threads: Threads = 1,
-    out: Out = Path("runs"),
+    algo: Algo = None,
+    scene: TrainScene = None,
+    steps: Steps = None,
+    seed: Seed = None,
+    action_layer: ActionLayer = None,
+    replay_ratio: ReplayRatio = None,
+    config: Config = None,
+    parameters: Parameters = None,
+    n_envs: NEnvs = None,
+    device: Device = None,
+    threads: Threads = None,
+    evaluate_every: EvaluateEvery = None,
+    evaluation_episodes: EvaluationEpisodes = None,
+    final_episodes: FinalEpisodes = None,
+    out: Out = _RUNS,
+    resume: Resume = None,
+    exact: Exact = False,
+    dry_run: DryRun = False,
     as_json: Json = False,
 ) -> None:
-    """Train a policy. Ctrl-C stops after a checkpoint.
+    """Train a policy. Ctrl-C stops after a checkpoint; --resume goes on.
 
     Makes a folder OUT/SCENE/ALGO/seedK-TIME for checkpoints, recordings of
-    evaluations, TensorBoard and CSV logs, and manifest.json.
+    evaluations, metrics, TensorBoard, and manifest.json.
     """
-    from ..environments import EnvSettings
+    from ..config_files import make_config
 
-    env = EnvSettings(
-        scene=scene,
-        action_layer=action_layer,
-        control=control,
-        limits=limits,
-        perception=perception,
-        simulation=simulation,
-    )
-    _check(algo, env, max(evaluation_episodes, final_episodes))
+    options = {
+        "algo": algo,
+        "env.scene": scene,
+        "steps": steps,
+        "seed": seed,
+        "env.action_layer": action_layer,
+        "replay_ratio": replay_ratio,
+        "n_envs": n_envs,
+        "device": device,
+        "threads": threads,
+        "protocol.every": evaluate_every,
+        "protocol.episodes": evaluation_episodes,
+        "protocol.final_episodes": final_episodes,
+    }
+    given = any(value is not None for value in options.values()) or config or parameters
+    if resume is not None:
+        if given:
+            raise UsageError("--resume takes the settings of the run: leave all others out")
+        return _resume(resume, exact=exact, as_json=as_json)
+    if exact:
+        raise UsageError("--exact belongs to --resume")
+    made = make_config(file=config, options=options, parameters=parameters or ())
+    made.check()
+    if dry_run:
+        return _print_plan(made, out)
+    from ..runs import RunFolder
+
+    return _run(made, RunFolder.create(out, made).path, as_json=as_json)
+
+
+def _resume(path: Path, *, exact: bool, as_json: bool) -> None:
+    from ..runs import RunFolder
+
+    config = RunFolder(path).read().config
+    _run(config, path, as_json=as_json, resume=True, exact=exact)
+
+
+def _run(
+    config: TrainConfig, folder: Path, *, as_json: bool, resume: bool = False, exact: bool = False
+) -> None:
     from ..console import notes
-    from ..runs import Protocol
-    from ..training import run_config
+    from ..progress import ConsoleListener
     from ..training import train as run
 
-    protocol = Protocol(
-        every=evaluate_every, episodes=evaluation_episodes, final_episodes=final_episodes
+    console = notes()
+    console.print(f"run folder: {folder}")
+    with ConsoleListener(console, config.algo) as listener:
+        result = run(config, folder, resume=resume, exact=exact, progress=listener)
+    _report(result, as_json=as_json)
+
+
+def _print_plan(config: TrainConfig, out: Path) -> None:
+    from ..console import print_json
+
+    print_json(
+        {
+            "folder": str(out / config.env.scene_name / config.algo / f"seed{config.seed}-<time>"),
+            "config": config.model_dump(mode="json"),
+            "config_hash": config.content_hash(),
+            "arguments": config.arguments(),
+        }
     )
-    config = run_config(
-        algo=algo,
-        env=env,
-        steps=steps,
-        seed=seed,
-        threads=threads,
-        buffer_size=buffer_size,
-        protocol=protocol,
-    )
-    _report(run(config, out, notes()), as_json=as_json)
 
 
-def _check(algo: str, env: EnvSettings, episodes: int) -> None:
-    """Refuse wrong names and numbers before torch is imported and anything is made."""
-    from horf_env.scenes import SCENES, validation_instance
-
-    from ..algorithms import catalogue
-
-    catalogue().algorithm(algo)
-    env.check()
-    if env.scene in SCENES:
-        validation_instance(env.scene, episodes - 1)
-
-
-def _report(result: TrainingResult, *, as_json: bool) -> None:
+def _report(result: RunResult, *, as_json: bool) -> None:
     from ..console import print_json, results
     from ..statistics import share
 
-    successes = sum(trial.success for trial in result.trials)
-    success = share(successes, len(result.trials)) if result.trials else None
+    success = share(result.successes, result.episodes) if result.episodes else None
     if as_json:
         print_json(
             {
-                "folder": str(result.folder.path),
+                "folder": str(result.folder),
                 "status": result.status,
                 "steps": result.steps,
                 "success": asdict(success) if success else None,
+                "mean_return": result.mean_return,
             }
         )
     else:
         console = results()
-        console.print(f"{result.status} after {result.steps} steps")
-        console.print(f"last checkpoint: {result.folder.last}")
-        console.print(f"watch: horf replay {result.folder.path}")
+        console.print(f"{result.status} after {result.steps} steps: {result.folder}")
         if success:
-            console.print(f"validation success: {success} of {len(result.trials)} episodes")
+            console.print(f"validation success: {success} of {result.episodes} episodes")
+            console.print(f"watch: horf replay {result.folder}")
+        else:
+            console.print(f"go on: horf train --resume {result.folder}")
     if result.status == "interrupted":
         raise typer.Exit(INTERRUPTED)

@@ -1,0 +1,135 @@
+"""What a training run does, as typed settings with a hash."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
+
+from .algorithms import Setting, catalogue
+from .environments import EnvSettings
+
+_STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
+_HASH_DIGITS = 16
+
+
+class Protocol(BaseModel):
+    """When and how a policy is evaluated while it learns.
+
+    Attributes:
+        every: Steps between two evaluations; 6000 in the paper.
+        episodes: Episodes of each, on validation instances without action noise; 2 in the paper.
+        final_episodes: Episodes at the end; not in the paper, chosen because 2 tell little.
+    """
+
+    model_config = _STRICT
+
+    every: PositiveInt = 6000
+    episodes: PositiveInt = 2
+    final_episodes: PositiveInt = 20
+
+
+class Storage(BaseModel):
+    """What is written when; nothing of it changes the result of a run.
+
+    Attributes:
+        checkpoint_every: Steps between two checkpoints; 0 for one after each evaluation.
+        keep: How many checkpoints stay.
+    """
+
+    model_config = _STRICT
+
+    checkpoint_every: int = Field(default=0, ge=0)
+    keep: PositiveInt = 2
+
+
+class TrainConfig(BaseModel):
+    """Everything that decides what a training run does, and how it is stored.
+
+    Attributes:
+        algo: Name of the algorithm.
+        steps: Environment steps.
+        seed: Of networks, exploration and training instances.
+        replay_ratio: Gradient steps an environment step; None for the algorithm's own.
+        n_envs: Environments that are stepped together, each in a process of its own if above 1.
+        device: Of torch.
+        threads: Of torch.
+        env: The environment.
+        settings: Arguments of the algorithm that differ from `algorithms.toml`.
+        protocol: Evaluation.
+        storage: Files.
+    """
+
+    model_config = _STRICT
+
+    algo: str = "bayes_dsac"
+    steps: PositiveInt = 100_000
+    seed: int = Field(default=0, ge=0)
+    replay_ratio: PositiveFloat | None = None
+    n_envs: PositiveInt = 1
+    device: str = "cpu"
+    threads: PositiveInt = 1
+    env: EnvSettings = EnvSettings(scene="forest")
+    settings: dict[str, Setting] = Field(default_factory=dict)
+    protocol: Protocol = Protocol()
+    storage: Storage = Storage()
+
+    def arguments(self) -> dict[str, Setting]:
+        """Arguments of the algorithm's constructor, complete with the catalogue's defaults.
+
+        Raises:
+            UnknownNameError: If there is no such algorithm.
+            SettingError: If a setting cannot be given, or is out of its range.
+        """
+        return catalogue().arguments(
+            self.algo,
+            steps=self.steps,
+            n_envs=self.n_envs,
+            replay_ratio=self.replay_ratio,
+            settings=self.settings,
+        )
+
+    def content_hash(self) -> str:
+        """Names what the run computes: equal for equal results, in any process.
+
+        The defaults of `algorithms.toml` count, and so a changed default makes another run.
+        """
+        content = self.model_dump(mode="json", exclude={"storage", "settings", "replay_ratio"})
+        text = json.dumps(content | {"arguments": self.arguments()}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
+
+    def check(self) -> None:
+        """Refuse what could not run, before a folder is made; imports the algorithm.
+
+        Raises:
+            UnknownNameError: If a name is not valid.
+            SettingError: If a setting of the algorithm is not valid.
+            SceneFileError: If the scene file cannot be used.
+            InstanceIndexError: If there are fewer validation instances than episodes.
+        """
+        from horf_env.scenes import SCENES, validation_instance
+
+        self.env.check()
+        arguments = self.arguments()
+        if self.env.scene in SCENES:
+            episodes = max(self.protocol.episodes, self.protocol.final_episodes)
+            validation_instance(self.env.scene, episodes - 1)
+        from .signatures import check_arguments
+
+        check_arguments(catalogue().algorithm(self.algo).load(), arguments)
+
+
+def updated(data: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str, Any]:
+    """A copy of nested tables with one value replaced.
+
+    Args:
+        data: Tables.
+        path: Keys that lead to the value; missing tables are made.
+        value: What to put there.
+    """
+    key, *rest = path
+    inner = data.get(key, {})
+    new = updated(inner if isinstance(inner, dict) else {}, tuple(rest), value) if rest else value
+    return {**data, key: new}

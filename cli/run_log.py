@@ -1,0 +1,150 @@
+"""The rows that a run writes: values of the logger, training episodes, evaluations."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
+from torch.utils.tensorboard import SummaryWriter
+
+from .episodes import Trial
+from .metrics import EVALUATIONS, METRICS, PartWriter
+from .run_state import Times
+from .runs import RunFolder
+
+# SB3's, which begin at 0 again when a run is resumed; the column wall_time does not.
+_LEFT_OUT = {"time/fps", "time/time_elapsed", "time/iterations", "time/total_timesteps"}
+
+
+class Clock:
+    """Seconds of a run over all of its sessions.
+
+    Args:
+        before: Seconds of the sessions before.
+    """
+
+    def __init__(self, before: Times) -> None:
+        self._times, self._last = before, time.perf_counter()
+
+    def read(self) -> Times:
+        """Until now."""
+        now = time.perf_counter()
+        self._times = replace(self._times, total=self._times.total + now - self._last)
+        self._last = now
+        return self._times
+
+    def add(self, name: str, seconds: float) -> None:
+        """Count seconds as those of one of the parts of `Times`."""
+        self._times = replace(self._times, **{name: getattr(self._times, name) + seconds})
+
+    @contextmanager
+    def measure(self, name: str) -> Iterator[None]:
+        """Count the time of a block as that of a part."""
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.add(name, time.perf_counter() - begin)
+
+
+class RunLog(KVWriter):
+    """Takes what SB3's logger writes, and rows; see `metrics` for where they go.
+
+    Attributes:
+        logger: For the model; writes here and to TensorBoard.
+        metrics: Rows of metrics.
+        evaluations: Rows of evaluation episodes.
+    """
+
+    def __init__(
+        self, folder: RunFolder, clock: Clock, *, step: int, parts: tuple[int, int]
+    ) -> None:
+        """Open the files of a run.
+
+        Args:
+            folder: Of the run.
+            clock: Its seconds.
+            step: Environment steps so far; TensorBoard forgets what came later.
+            parts: How many parts of metrics and of evaluations count.
+        """
+        self._clock = clock
+        self.metrics = PartWriter(folder.path / METRICS, parts[0])
+        self.evaluations = PartWriter(folder.path / EVALUATIONS, parts[1])
+        self.logger = Logger(str(folder.path), [self, _tensorboard(folder.tensorboard, step)])
+
+    def write(
+        self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
+    ) -> None:
+        """Take values of the logger."""
+        self.add(step, {k: v for k, v in key_values.items() if k not in _LEFT_OUT})
+
+    def close(self) -> None:
+        """Nothing is open between two parts."""
+
+    def add(self, step: int, values: Mapping[str, Any]) -> None:
+        """Take values that are numbers."""
+        now = self._clock.read().total
+        self.metrics.add(
+            [
+                {"step": step, "wall_time": now, "name": name, "value": float(value)}
+                for name, value in values.items()
+                if isinstance(value, Real)
+            ]
+        )
+
+    def add_episodes(self, step: int, infos: Iterable[Mapping[str, Any]]) -> None:
+        """Take the training episodes that ended with this step."""
+        for info in infos:
+            if "episode" in info:
+                values = {
+                    "episode/return": info["episode"]["r"],
+                    "episode/length": info["episode"]["l"],
+                    "episode/success": float(info["is_success"]),
+                    "episode/collision": float(info["is_collision"]),
+                }
+                self.add(step, values)
+
+    def add_evaluation(self, step: int, protocol: str, trials: Sequence[Trial]) -> None:
+        """Take the episodes of an evaluation."""
+        head = {"step": step, "wall_time": self._clock.read().total, "protocol": protocol}
+        rows = []
+        for episode, trial in enumerate(trials):
+            row = asdict(trial)
+            names = {"return": row.pop("episode_return"), "length": row.pop("steps")}
+            rows.append(head | {"episode": episode} | row | names)
+        self.evaluations.add(rows)
+
+    def flush(self) -> None:
+        """Write what was taken.
+
+        Raises:
+            StorageError: If it cannot be written.
+        """
+        self.metrics.flush()
+        self.evaluations.flush()
+
+    @property
+    def pending(self) -> tuple[dict[str, Any], dict[str, int], dict[str, Any]]:
+        """What the logger was told and has not written."""
+        logger = self.logger
+        return dict(logger.name_to_value), dict(logger.name_to_count), dict(logger.name_to_excluded)
+
+    def restore(self, pending: tuple[dict[str, Any], dict[str, int], dict[str, Any]]) -> None:
+        """Tell the logger what it was told before."""
+        self.logger.name_to_value.update(pending[0])
+        self.logger.name_to_count.update(pending[1])
+        self.logger.name_to_excluded.update(pending[2])
+
+
+def _tensorboard(folder: Path, step: int) -> TensorBoardOutputFormat:
+    output = TensorBoardOutputFormat(str(folder))
+    if step:
+        output.writer.close()
+        output.writer = SummaryWriter(str(folder), purge_step=step + 1)
+    return output
