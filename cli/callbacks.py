@@ -86,6 +86,7 @@ class Attendant(BaseCallback):
 
     def _on_training_start(self) -> None:
         self._first_step = self._saved_step = self.num_timesteps
+        self._begin = time.perf_counter()
 
     def _on_step(self) -> bool:
         self._log.add_episodes(self.num_timesteps, self.locals["infos"])

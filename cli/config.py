@@ -71,7 +71,7 @@ class TrainConfig(BaseModel):
     n_envs: PositiveInt = 1
     device: str = "cpu"
     threads: PositiveInt = 1
-    env: EnvSettings = EnvSettings(scene="forest")
+    env: EnvSettings = EnvSettings()
     settings: dict[str, Setting] = Field(default_factory=dict)
     protocol: Protocol = Protocol()
     storage: Storage = Storage()

@@ -31,7 +31,7 @@ class EnvSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    scene: str
+    scene: str = "forest"
     action_layer: str = "sdf_qp"
     control: str = "default"
     limits: str = "ld60"

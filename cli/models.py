@@ -9,6 +9,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.type_aliases import GymEnv
 
+from sb3_bayes_dsac.common.buffers import FrameStackReplayBuffer
 from sb3_bayes_dsac.common.encoders import DepthEncoder
 
 from .algorithms import catalogue
@@ -29,6 +30,8 @@ def new_model(config: TrainConfig, env: GymEnv) -> BaseAlgorithm:
     """
     algorithm, networks = catalogue().algorithm(config.algo), catalogue().networks
     extra: dict[str, Any] = {}
+    if algorithm.kind == "off_policy":
+        extra["replay_buffer_class"] = FrameStackReplayBuffer
     if algorithm.action_noise:
         zeros = np.zeros(env.action_space.shape or (1,))
         extra["action_noise"] = NormalActionNoise(zeros, zeros + algorithm.action_noise)
@@ -53,5 +56,4 @@ def buffer_megabytes(model: BaseAlgorithm) -> float | None:
     buffer = getattr(model, "replay_buffer", None)
     if buffer is None:
         return None
-    parts = (*buffer.observations.values(), *buffer.next_observations.values())
-    return float(sum(part.nbytes for part in parts) / _MEGABYTE)
+    return float(buffer.nbytes / _MEGABYTE)

@@ -24,31 +24,23 @@ def listed(text: str) -> list[str]:
     return list(dict.fromkeys(name.strip() for name in text.split(",")))
 
 
-Scene = Annotated[
-    str,
-    typer.Option(
-        help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
-        autocompletion=complete_scenes,
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-Control = Annotated[
-    str, typer.Option(help="Preset of the QP: default or paper.", rich_help_panel=EXPERIMENT)
-]
-Limits = Annotated[
-    str, typer.Option(help="Limits profile: ld60 or paper.", rich_help_panel=EXPERIMENT)
-]
-Perception = Annotated[
-    str,
-    typer.Option(
-        help="What the action layer knows: camera, or full for the true surfaces.",
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-Simulation = Annotated[
-    str,
-    typer.Option(help="kinematic (exact) or dynamic (motors).", rich_help_panel=EXPERIMENT),
-]
+SCENE = typer.Option(
+    help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
+    autocompletion=complete_scenes,
+    rich_help_panel=EXPERIMENT,
+)
+CONTROL = typer.Option(help="Preset of the QP: default or paper.", rich_help_panel=EXPERIMENT)
+LIMITS = typer.Option(help="Limits profile: ld60 or paper.", rich_help_panel=EXPERIMENT)
+PERCEPTION = typer.Option(
+    help="What the action layer knows: camera, or full for the true surfaces.",
+    rich_help_panel=EXPERIMENT,
+)
+SIMULATION = typer.Option(help="kinematic (exact) or dynamic (motors).", rich_help_panel=EXPERIMENT)
+
+Control = Annotated[str, CONTROL]
+Limits = Annotated[str, LIMITS]
+Perception = Annotated[str, PERCEPTION]
+Simulation = Annotated[str, SIMULATION]
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as JSON.", rich_help_panel=OUTPUT)
 ]

@@ -48,8 +48,10 @@ class BoxSettings(BaseModel):
 
     def space(self) -> spaces.Box:
         """The Box."""
-        low, high = (np.resize(bound, self.shape) for bound in (self.low, self.high))
-        return spaces.Box(low, high, self.shape, np.dtype(self.dtype).type)  # type: ignore[arg-type]
+        low, high = (
+            np.resize(bound, self.shape).astype(self.dtype) for bound in (self.low, self.high)
+        )
+        return spaces.Box(low, high, self.shape, np.dtype(self.dtype).type)
 
 
 class PolicySettings(BaseModel):
@@ -94,7 +96,9 @@ def policy_bytes(model: BaseAlgorithm, *, algo: str, env: EnvSettings) -> bytes:
         observation={k: BoxSettings.of(s) for k, s in model.observation_space.spaces.items()},
         action=BoxSettings.of(model.action_space),
     )
-    weights = {k: v.detach().cpu().contiguous() for k, v in model.policy.state_dict().items()}
+    # Copies: nets share encoders, and a file of safetensors holds each tensor once or twice, but
+    # no sharing. Loading into nets that share is the same either way.
+    weights = {k: v.detach().cpu().clone() for k, v in model.policy.state_dict().items()}
     return safetensors.torch.save(weights, {_KEY: settings.model_dump_json()})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import or_
 from types import UnionType
@@ -20,7 +20,7 @@ _PLAIN = (bool, int, float, str)
 _HIDDEN = {"self", "policy", "env", "policy_kwargs", "_init_setup_model", "tensorboard_log"}
 
 
-def check_arguments(algorithm: Any, arguments: Mapping[str, Setting]) -> None:
+def check_arguments(algorithm: type, arguments: Mapping[str, Setting]) -> None:
     """Refuse arguments that the constructor does not have, or of another type.
 
     Args:
@@ -42,16 +42,28 @@ def check_arguments(algorithm: Any, arguments: Mapping[str, Setting]) -> None:
             raise SettingError(name, f"expected {expected}, got {value!r}") from error
 
 
-def plain_types(algorithm: Any) -> dict[str, Any]:
+def plain_types(algorithm: type) -> dict[str, Any]:
     """Arguments that numbers, names and switches can be given to, with the types for these."""
-    # SB3 imports this name for type checkers only.
-    hints = get_type_hints(algorithm.__init__, localns={"VecEnv": object})
-    found = {}
-    for name in inspect.signature(algorithm.__init__).parameters:
-        plain = [part for part in _members(hints.get(name)) if part in _PLAIN]
-        if plain and name not in _HIDDEN:
-            found[name] = reduce(or_, plain)
+    found: dict[str, Any] = {}
+    for constructor in _constructors(algorithm):
+        # SB3 imports this name for type checkers only.
+        hints = get_type_hints(constructor, localns={"VecEnv": object})
+        for name in inspect.signature(constructor).parameters:
+            plain = [part for part in _members(hints.get(name)) if part in _PLAIN]
+            if plain and name not in _HIDDEN:
+                found.setdefault(name, reduce(or_, plain))
     return found
+
+
+def _constructors(algorithm: type) -> Iterator[Any]:
+    """Its constructor, and those of its bases that get the rest of the arguments by `**kwargs`."""
+    for cls in algorithm.__mro__:
+        if "__init__" in cls.__dict__:
+            constructor = cls.__dict__["__init__"]
+            yield constructor
+            kinds = [p.kind for p in inspect.signature(constructor).parameters.values()]
+            if inspect.Parameter.VAR_KEYWORD not in kinds:
+                return
 
 
 def _members(hint: Any) -> tuple[Any, ...]:

@@ -12,6 +12,8 @@ import pyarrow.compute as pc
 import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from sb3_bayes_dsac.errors import BayesDsacError
+
 from .algorithms import catalogue
 from .atomic_files import StorageError
 from .callbacks import Attendant
@@ -129,6 +131,8 @@ def _guarded(run: RunFolder, config: TrainConfig, listener: Listener, *, exact: 
         except Exception as error:
             with suppress(StorageError):  # the first error tells more
                 run.finish("failed", session.steps, f"{type(error).__name__}: {one_line(error)}")
+            if isinstance(error, BayesDsacError):  # of the algorithm, on purpose
+                raise CliError(f"{run.path}: training failed: {one_line(error)}") from error
             raise
         else:
             run.finish("finished", session.steps)

@@ -4,158 +4,44 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from ..exit_codes import INTERRUPTED, UsageError
-from ..options import EXECUTION, EXPERIMENT, OUTPUT, Json, complete_scenes
+from ..options import Json
+from . import train_options as o
 
 if TYPE_CHECKING:
     from ..config import TrainConfig
     from ..training import RunResult
 
-_EVALUATION = "Evaluation"
 _RUNS = Path("runs")
 
 
-def _complete_algorithms(incomplete: str) -> list[str]:
-    from ..algorithms import catalogue
-
-    return [name for name in catalogue().algorithms if name.startswith(incomplete)]
-
-
-Algo = Annotated[
-    str | None,
-    typer.Option(
-        help="bayes_dsac, dsac_t, sac, td3, redq, tqc or ppo.",
-        show_default="bayes_dsac",
-        autocompletion=_complete_algorithms,
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-TrainScene = Annotated[
-    str | None,
-    typer.Option(
-        help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
-        show_default="forest",
-        autocompletion=complete_scenes,
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-Steps = Annotated[
-    int | None,
-    typer.Option(
-        min=1, help="Environment steps.", show_default="100000", rich_help_panel=EXPERIMENT
-    ),
-]
-Seed = Annotated[
-    int | None,
-    typer.Option(min=0, help="Seed of the run.", show_default="0", rich_help_panel=EXPERIMENT),
-]
-ActionLayer = Annotated[
-    str | None,
-    typer.Option(
-        help="What an action is: sdf_qp or sampled_qp (EE twist), or joint_velocity.",
-        show_default="sdf_qp",
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-ReplayRatio = Annotated[
-    float | None,
-    typer.Option(
-        help="Gradient steps an environment step.",
-        show_default="0.5",
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-Config = Annotated[
-    Path | None,
-    typer.Option(help="Settings as TOML; options and -p win.", rich_help_panel=EXPERIMENT),
-]
-Parameters = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-p",
-        metavar="KEY=VALUE",
-        help="Any setting: learning_rate=3e-4 (of the algorithm), env.limits=paper, "
-        "protocol.every=3000, storage.keep=5. May be repeated.",
-        rich_help_panel=EXPERIMENT,
-    ),
-]
-NEnvs = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        help="Environments, each in its own process if there are several.",
-        show_default="1",
-        rich_help_panel=EXECUTION,
-    ),
-]
-Device = Annotated[
-    str | None, typer.Option(help="Of torch.", show_default="cpu", rich_help_panel=EXECUTION)
-]
-Threads = Annotated[
-    int | None,
-    typer.Option(min=1, help="Threads of torch.", show_default="1", rich_help_panel=EXECUTION),
-]
-EvaluateEvery = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        help="Steps between two evaluations.",
-        show_default="6000",
-        rich_help_panel=_EVALUATION,
-    ),
-]
-EvaluationEpisodes = Annotated[
-    int | None,
-    typer.Option(min=1, help="Episodes of each.", show_default="2", rich_help_panel=_EVALUATION),
-]
-FinalEpisodes = Annotated[
-    int | None,
-    typer.Option(
-        min=1, help="Episodes at the end.", show_default="20", rich_help_panel=_EVALUATION
-    ),
-]
-Out = Annotated[Path, typer.Option(help="Folder of all runs.", rich_help_panel=OUTPUT)]
-Resume = Annotated[
-    Path | None,
-    typer.Option(help="Go on with this run; no other setting is needed.", rich_help_panel=OUTPUT),
-]
-Exact = Annotated[
-    bool,
-    typer.Option(
-        "--exact",
-        help="Resume only if what follows is bit-equal to a run without interruption.",
-        rich_help_panel=OUTPUT,
-    ),
-]
-DryRun = Annotated[
-    bool,
-    typer.Option("--dry-run", help="Print what would run, as JSON.", rich_help_panel=OUTPUT),
-]
-
-
 def train(
-    algo: Algo = None,
-    scene: TrainScene = None,
-    steps: Steps = None,
-    seed: Seed = None,
-    action_layer: ActionLayer = None,
-    replay_ratio: ReplayRatio = None,
-    config: Config = None,
-    parameters: Parameters = None,
-    n_envs: NEnvs = None,
-    device: Device = None,
-    threads: Threads = None,
-    evaluate_every: EvaluateEvery = None,
-    evaluation_episodes: EvaluationEpisodes = None,
-    final_episodes: FinalEpisodes = None,
-    out: Out = _RUNS,
-    resume: Resume = None,
-    exact: Exact = False,
-    dry_run: DryRun = False,
+    algo: o.Algo = None,
+    scene: o.Scene = None,
+    steps: o.Steps = None,
+    seed: o.Seed = None,
+    action_layer: o.ActionLayer = None,
+    control: o.Control = None,
+    limits: o.Limits = None,
+    perception: o.Perception = None,
+    simulation: o.Simulation = None,
+    replay_ratio: o.ReplayRatio = None,
+    config: o.Config = None,
+    parameters: o.Parameters = None,
+    n_envs: o.NEnvs = None,
+    device: o.Device = None,
+    threads: o.Threads = None,
+    evaluate_every: o.EvaluateEvery = None,
+    evaluation_episodes: o.EvaluationEpisodes = None,
+    final_episodes: o.FinalEpisodes = None,
+    out: o.Out = _RUNS,
+    resume: o.Resume = None,
+    exact: o.Exact = False,
+    dry_run: o.DryRun = False,
     as_json: Json = False,
 ) -> None:
     """Train a policy. Ctrl-C stops after a checkpoint; --resume goes on.
@@ -171,6 +57,10 @@ def train(
         "steps": steps,
         "seed": seed,
         "env.action_layer": action_layer,
+        "env.control": control,
+        "env.limits": limits,
+        "env.perception": perception,
+        "env.simulation": simulation,
         "replay_ratio": replay_ratio,
         "n_envs": n_envs,
         "device": device,

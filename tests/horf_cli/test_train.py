@@ -1,29 +1,33 @@
-import csv
+"""`horf train` as a user runs it: one short run, looked at from all sides."""
+
 import json
 from pathlib import Path
 
 import pytest
 import torch as th
+from horf_cli.checkpoints import checkpoints
 from horf_cli.exit_codes import CliError
+from horf_cli.metrics import read_evaluations, read_metrics
 from horf_cli.policies import load_policy
 from horf_cli.runs import RunFolder
 
 from horf_env.recording import summarise
 from sb3_bayes_dsac import BayesDSAC
 
-STEPS = 300
+STEPS = 120
 
 
-def train(horf_json, root, **options):
+def train(horf_json, root, *more, **options):
     args = {
         "scene": "room",
+        "action-layer": "joint_velocity",
         "steps": STEPS,
-        "evaluate-every": 150,
+        "evaluate-every": 60,
         "final-episodes": 3,
         "seed": 5,
         "out": root,
     } | options
-    return horf_json("train", *(text for k, v in args.items() for text in (f"--{k}", v)))
+    return horf_json("train", *(text for k, v in args.items() for text in (f"--{k}", v)), *more)
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +47,8 @@ def run(root):
         return json.loads(result.stdout)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("horf_env.env.MAX_STEPS", 25)
-        return train(horf_json, root)
+        patch.setattr("horf_env.env.MAX_STEPS", 15)
+        return train(horf_json, root, "-p", "batch_size=16")
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +57,7 @@ def folder(run):
 
 
 def test_result(run, root):
-    assert run["status"] == "completed"
+    assert run["status"] == "finished"
     assert run["steps"] == STEPS
     assert 0.0 <= run["success"]["rate"] <= 1.0
     path = Path(run["folder"])
@@ -63,69 +67,84 @@ def test_result(run, root):
 
 def test_manifest_tells_where_the_run_comes_from(folder):
     manifest = folder.read()
-    assert manifest.status == "completed"
+    assert manifest.status == "finished"
     assert manifest.steps_done == STEPS
     assert manifest.ended > manifest.started
     assert manifest.config.seed == 5
-    assert manifest.config.arguments["gamma"] == 0.98
+    assert manifest.config_hash == manifest.config.content_hash()
+    assert (manifest.arguments["gamma"], manifest.arguments["batch_size"]) == (0.98, 16)
     assert manifest.config.protocol.final_episodes == 3
     assert manifest.versions["torch"] == th.__version__
     assert manifest.machine["cores"] >= 1
     assert manifest.command
 
 
-def test_checkpoints_load_and_act(folder):
-    for path in (folder.best, folder.last):
-        model = BayesDSAC.load(path)
-        assert model.num_timesteps in (150, STEPS)
-    assert BayesDSAC.load(folder.last).num_timesteps == STEPS
-    assert not list(folder.path.rglob("*.part"))
-
-
-def test_run_has_learned(folder):
-    model = BayesDSAC.load(folder.last)
+def test_checkpoints_load_and_a_finished_run_keeps_no_replay_buffer(folder):
+    newest = checkpoints(folder.checkpoints)[0]
+    model = BayesDSAC.load(newest.verified("model.zip"))
+    assert model.num_timesteps == STEPS
     # From a fifth of the run on, one update in two steps.
     assert model._n_updates == pytest.approx((STEPS - STEPS // 5) / 2, abs=2)
+    assert not list(folder.path.rglob("*.part"))
+    assert not list(folder.path.rglob("*.pkl"))
 
 
 def test_evaluations(folder):
-    rows = list(csv.DictReader(folder.evaluations.open()))
-    assert [(int(row["step"]), int(row["instance"])) for row in rows] == [
-        (150, 0),
-        (150, 1),
-        (300, 0),
-        (300, 1),
-        (300, 0),
-        (300, 1),
-        (300, 2),
+    rows = read_evaluations(folder.path).to_pylist()
+    assert [(row["step"], row["protocol"], row["instance"]) for row in rows] == [
+        (60, "paper", 0),
+        (60, "paper", 1),
+        (120, "paper", 0),
+        (120, "paper", 1),
+        (120, "validation", 0),
+        (120, "validation", 1),
+        (120, "validation", 2),
     ]
+    assert all(1 <= row["length"] <= 15 for row in rows)
+    # The policy at the end is that of the paper's last evaluation.
+    assert [row["return"] for row in rows[2:4]] == [row["return"] for row in rows[4:6]]
+
+
+def test_metrics(folder):
+    table = read_metrics(folder.path)
+    assert table.column_names == ["step", "wall_time", "name", "value"]
+    found = table.to_pydict()
+    assert {
+        "rollout/ep_rew_mean",
+        "rollout/success_rate",
+        "eval/return",
+        "eval/success_rate",
+        "train/critic_loss",
+        "time/environment",
+        "time/update",
+        "episode/return",
+    } <= set(found["name"])
+    assert found["step"] == sorted(found["step"])
+    assert found["wall_time"] == sorted(found["wall_time"])
+    last = dict(zip(found["name"], found["value"], strict=True))
+    parts = [last[f"time/{part}"] for part in ("environment", "update", "evaluation", "storage")]
+    assert all(part > 0.0 for part in parts)
+    assert sum(parts) <= last["time/total"]
+    assert list(folder.tensorboard.glob("events.out.tfevents.*"))
 
 
 def test_recordings_can_be_read(folder):
     found = [summarise(path) for path in sorted(folder.recordings.glob("*.rrd"))]
     names = [summary.path.stem for summary in found]
-    assert names == ["final", "step00000150", "step00000300"]
+    assert names == ["final", "step00000060", "step00000120"]
     assert all(summary.properties["split"] == "validation" for summary in found)
-    assert all(1 <= summary.steps <= 25 for summary in found)
-
-
-def test_logs(folder):
-    header = (folder.logs / "progress.csv").read_text().splitlines()[0]
-    assert "eval/success_rate" in header
-    assert "train/critic_loss" in header
-    assert list(folder.logs.glob("events.out.tfevents.*"))
-    assert len((folder.path / "monitor.csv").read_text().splitlines()) > 5
+    assert all(1 <= summary.steps <= 15 for summary in found)
 
 
 @pytest.mark.usefixtures("short_episodes")
-def test_run_folder_and_checkpoint_are_methods(folder, horf_json):
-    methods = f"{folder.path},{folder.last}"
+def test_run_folder_and_policy_file_are_methods(folder, horf_json):
+    file = next(folder.checkpoints.rglob("best.safetensors"))
+    methods = f"{folder.path},{file}"
     found = horf_json("evaluate", "--scenes", "room", "--trials", 1, "--methods", methods)
     assert [summary["method"] for summary in found["summaries"]] == methods.split(",")
 
 
-@pytest.mark.usefixtures("short_episodes")
-def test_a_second_run_leaves_the_first_alone(folder, horf_json, root, monkeypatch):
+def test_a_folder_is_never_used_twice(folder, horf_json, root, monkeypatch):
     class SameTime:
         @staticmethod
         def now(zone=None):
@@ -135,19 +154,14 @@ def test_a_second_run_leaves_the_first_alone(folder, horf_json, root, monkeypatc
             return datetime.strptime(stamp, "%Y%m%d-%H%M%S").replace(tzinfo=zone)
 
     monkeypatch.setattr("horf_cli.runs.datetime", SameTime)
-    before = {path: path.stat().st_mtime_ns for path in folder.path.rglob("*")}
-    second = train(horf_json, root, steps=20)
-    assert Path(second["folder"]).name == f"{folder.path.name}-2"
-    assert before == {path: path.stat().st_mtime_ns for path in folder.path.rglob("*")}
+    second = RunFolder.create(root, folder.read().config)
+    assert second.path.name == f"{folder.path.name}-2"
 
 
-def test_a_file_that_is_no_checkpoint_is_named(folder, tmp_path):
-    copy = RunFolder(tmp_path)
-    copy.manifest.write_bytes(folder.manifest.read_bytes())
-    copy.last.parent.mkdir()
-    copy.last.write_bytes(b"no zip")
-    with pytest.raises(CliError, match=r"last\.zip"):
-        load_policy(tmp_path)
+def test_a_finished_run_has_nothing_to_resume(folder, run, horf_json):
+    before = {path: path.stat().st_mtime_ns for path in folder.path.rglob("*") if path.is_file()}
+    assert horf_json("train", "--resume", folder.path) == run
+    assert before == {p: p.stat().st_mtime_ns for p in folder.path.rglob("*") if p.is_file()}
 
 
 def test_malformed_manifest_names_file_and_field(folder, tmp_path):
@@ -157,3 +171,7 @@ def test_malformed_manifest_names_file_and_field(folder, tmp_path):
     copy.manifest.write_text(json.dumps(data))
     with pytest.raises(CliError, match=r"manifest\.json: field 'config\.steps'"):
         copy.read()
+
+
+def test_policy_of_the_run_acts(folder):
+    assert load_policy(folder.path).action_layer == "joint_velocity"

@@ -13,7 +13,7 @@ TIMEOUT = 120.0  # s, on a busy machine
 def training(tmp_path):
     """`horf train` that would take hours, after its first steps."""
     command = [sys.executable, "-c", "from horf_cli.main import main; main()", "train"]
-    options = ["--scene", "room", "--steps", "1000", "--out", str(tmp_path)]
+    options = ["--scene", "room", "--steps", "500", "--out", str(tmp_path)]
     process = subprocess.Popen(
         [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -34,7 +34,7 @@ def test_ctrl_c_leaves_a_loadable_checkpoint_and_says_where(training, tmp_path):
     folder = RunFolder(path)
     manifest = folder.read()
     assert manifest.status == "interrupted"
-    assert manifest.steps_done >= 100
-    assert str(folder.last) in out
+    assert manifest.steps_done >= 1
+    assert f"horf train --resume {path}" in out.replace("\n", "")
     assert load_policy(path).action_layer == "sdf_qp"
     assert "Traceback" not in err
