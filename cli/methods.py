@@ -129,12 +129,7 @@ def _load(point: EntryPoint) -> Planner:
 
 
 def _digest(path: Path) -> str:
-    """SHA-256 of a policy's file, or of a run's manifest and checkpoint files."""
-    files = [path]
-    if path.is_dir():
-        run = RunFolder.around(path)
-        files = [file for file in (run.best, run.last) if file.exists()]
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(file.read_bytes())
-    return digest.hexdigest()
+    """SHA-256 of a policy: the file itself, or that of a run."""
+    from .policies import policy_file
+
+    return hashlib.sha256(policy_file(path).read_bytes()).hexdigest()
