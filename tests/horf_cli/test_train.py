@@ -137,10 +137,11 @@ def test_recordings_can_be_read(folder):
 
 
 @pytest.mark.usefixtures("short_episodes")
-def test_run_folder_and_policy_file_are_methods(folder, horf_json):
+def test_run_folder_and_policy_file_are_methods(folder, horf_json, tmp_path):
     file = next(folder.checkpoints.rglob("best.safetensors"))
     methods = f"{folder.path},{file}"
-    found = horf_json("evaluate", "--scenes", "room", "--trials", 1, "--methods", methods)
+    options = ("--scenes", "room", "--trials", 1, "--out", tmp_path / "out")
+    found = horf_json("evaluate", *options, "--methods", methods)
     assert [summary["method"] for summary in found["summaries"]] == methods.split(",")
 
 
