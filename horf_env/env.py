@@ -21,7 +21,8 @@ from horf_env.control import (
     servo_twist,
 )
 from horf_env.errors import InvalidActionError
-from horf_env.perception import CameraModel
+from horf_env.faults import Fault
+from horf_env.perception import CameraModel, MemorySettings
 from horf_env.records import StepRecord
 from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
 from horf_env.scenes.scene import Scene
@@ -68,6 +69,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         limits: str = "ld60",
         simulation: str = "kinematic",
         perception: str = "camera",
+        memory: MemorySettings | None = None,
         camera: CameraModel | None = None,
         depth_noise: bool = False,
         render_mode: str | None = None,
@@ -82,6 +84,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             limits: Limits profile: "ld60" or "paper".
             simulation: "kinematic" (exact, deterministic) or "dynamic" (velocity motors).
             perception: "camera", or "full": true surface points for the action layer.
+            memory: How what the camera has shown is remembered: `MapSettings` or `FrameSettings`;
+                that of the control preset without it.
             camera: Depth camera; 64 x 48 pixels on the front, pitched up, without it.
             depth_noise: Whether depth images have the D435's disparity noise.
             render_mode: "rgb_array" or None.
@@ -99,11 +103,13 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             limits=limits,
             simulation=simulation,
             perception=perception,
+            memory=memory,
             camera=camera,
             depth_noise=depth_noise,
             render_mode=render_mode,
         )
         self.render_mode = render_mode
+        self.fault = Fault()
         self.limits: LimitsProfile = limits_profile(limits)
         preset = control_preset(control)
         self._scenes: SceneSource = scene_source(scene)
@@ -111,7 +117,13 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         sdf = RobotSdf.load(self._robot)
         self._layer = _make_layer(action_layer, sdf, self.limits, preset, STEP)
         self._camera = camera or CameraModel()
-        self._senses = Senses(sdf, self._camera, perception=perception, depth_noise=depth_noise)
+        self._senses = Senses(
+            sdf,
+            self._camera,
+            perception=perception,
+            memory=memory or preset.memory,
+            depth_noise=depth_noise,
+        )
         self._world = PyBulletWorld(mode=simulation)
         self.observation_space = cast(
             "spaces.Space[Observation]", _observation_space(self._camera, self.limits)
@@ -133,10 +145,11 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         """
         super().reset(seed=seed)
         self.scene: Scene = self._scenes.pick(self.np_random, **(options or {}))
+        self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
         self._T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
         self._start_episode(self._robot.state(self._world.state.configuration))
-        frames = self._senses.reset(self.scene, self._state, self.np_random)
+        frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
         points = self._senses.points(self._state)
         self.record = self._record(points, None, np.zeros(6), None)
         return self._observation(frames), self._info()
@@ -158,13 +171,21 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         position_error = float(np.linalg.norm(self._deviation[:3]))
         begin = time.perf_counter()
         command = self._layer.command(
-            action, Sensed(self._state, self._velocity, points, position_error)
+            action,
+            Sensed(
+                state=self._state,
+                velocity=self._velocity,
+                points=points,
+                unseen=self._senses.unseen_ground(self._state),
+                position_error=position_error,
+            ),
         )
         self._layer_time = time.perf_counter() - begin
-        moved = self._world.move(command.velocity, STEP)
+        moved = self._world.move(self.fault.velocity(command.velocity), STEP)
         achieved = self._state.ee_jacobian @ moved.velocity
         self._advance(moved)
-        frames = self._senses.update(self._state, self.np_random)
+        now = self._steps * STEP
+        frames = self._senses.update(self._state, self.np_random, now, self.fault.image)
         reward = reward_terms(
             self._deviation,
             twist=command.twist,

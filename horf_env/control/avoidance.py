@@ -15,7 +15,7 @@ from horf_env.types import FloatArray
 # Below this length a gradient says nothing: no velocity changes the distance.
 _LEAST_GRADIENT = 1e-6
 # Right-hand side of a row that says nothing. Not 0: PIQP calls rows of zeros <= 0 infeasible.
-_INACTIVE = 1.0
+INACTIVE = 1.0
 
 
 class Rows(Protocol):
@@ -113,4 +113,4 @@ def silence(G: FloatArray, h: FloatArray) -> None:
     """
     for i in range(len(h)):
         if not np.isfinite(h[i]) or np.abs(G[i]).max() < _LEAST_GRADIENT:
-            G[i], h[i] = 0.0, _INACTIVE
+            G[i], h[i] = 0.0, INACTIVE

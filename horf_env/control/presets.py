@@ -16,7 +16,9 @@ from horf_env.control.haviland import HavilandObjective
 from horf_env.control.objective import Objective, ScaledObjective
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.tick import ControlTick
+from horf_env.control.unseen import UnseenGround
 from horf_env.errors import UnknownNameError
+from horf_env.perception import FrameSettings, MapSettings, MemorySettings
 from horf_env.robot import MobileManipulator
 from horf_env.sdf import Witnesses
 
@@ -35,16 +37,24 @@ class ControlPreset:
         margin: Distance psi to obstacles that is kept [m].
         own_body_margin: Distance of the arm to floor and own base that is kept [m].
         avoid_own_base: Whether the arm avoids the robot's own base.
+        guard_unseen: Whether the base keeps off ground that nobody has looked at.
+        unseen_gain: Barrier gain of those rows [1/s].
+        unseen_margin: Distance that the base keeps from unseen ground [m]: half a voxel.
+        memory: How the obstacles that the camera has shown are remembered.
     """
 
     objective: Objective = field(default_factory=ScaledObjective)
     witnesses: int = 8
     influence: float = 1.0
-    spacing: float = 0.12
+    spacing: float = 0.05
     gain: float = 2.0
     margin: float = 0.05
     own_body_margin: float = 0.03
     avoid_own_base: bool = True
+    guard_unseen: bool = True
+    unseen_gain: float = 2.0
+    unseen_margin: float = 0.03
+    memory: MemorySettings = field(default_factory=MapSettings)
 
     def whole_body_qp(self, obstacle_rows: Rows | None = None) -> WholeBodyQp:
         """The QP with these settings.
@@ -60,6 +70,8 @@ class ControlPreset:
             rows.append(
                 self._avoidance(lambda tick: tick.own_base, "own base", margin=self.own_body_margin)
             )
+        if self.guard_unseen:
+            rows.append(UnseenGround(gain=self.unseen_gain, margin=self.unseen_margin))
         # eta, rho_i and rho_s have no values in the paper; Haviland's.
         dampers = JointDampers(gain=1.0, influence=0.9, stopping=0.1)
         limits = (SpeedBounds(), AccelerationBounds(), LateralAccelerationBounds(), dampers)
@@ -98,6 +110,8 @@ PRESETS: dict[str, ControlPreset] = {
         witnesses=1,
         gain=1.0,
         avoid_own_base=False,
+        guard_unseen=False,
+        memory=FrameSettings(frames=5),
     ),
     # The weights of Haviland's holistic controller; rows and limits as in the default.
     "hra": ControlPreset(objective=HavilandObjective()),

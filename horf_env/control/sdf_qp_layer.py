@@ -41,6 +41,7 @@ class SdfQpLayer:
             obstacles=self._obstacles(sensed),
             floor=self._sdf.floor_witnesses(state),
             own_base=self._sdf.own_base_witnesses(state, cutoff=_OWN_BASE_CUTOFF),
+            unseen=sensed.unseen,
             limits=self._limits,
             dt=self._dt,
         )

@@ -21,6 +21,7 @@ class ControlTick:
         obstacles: Witness points of the obstacles.
         floor: Witness points of the floor.
         own_base: Witness points of the robot's own base for its arm.
+        unseen: Ground near the base that was neither seen nor covered, shape (M, 2), m.
         limits: Speed and acceleration limits.
         dt: Duration of a tick [s].
     """
@@ -32,5 +33,6 @@ class ControlTick:
     obstacles: Witnesses
     floor: Witnesses
     own_base: Witnesses
+    unseen: FloatArray
     limits: LimitsProfile
     dt: float

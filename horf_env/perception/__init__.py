@@ -3,7 +3,11 @@
 from horf_env.perception.camera import CameraModel
 from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
 from horf_env.perception.depth_camera import DepthCamera
+from horf_env.perception.frame_memory import FrameSettings
 from horf_env.perception.frames import FrameStack, dequantise_depth, quantise_depth
+from horf_env.perception.image import Image
+from horf_env.perception.local_map import MapSettings
+from horf_env.perception.memory import MemorySettings, ObstacleMemory, View
 from horf_env.perception.noise import DisparityNoise
 
 __all__ = [
@@ -11,7 +15,13 @@ __all__ = [
     "CloudHistory",
     "DepthCamera",
     "DisparityNoise",
+    "FrameSettings",
     "FrameStack",
+    "Image",
+    "MapSettings",
+    "MemorySettings",
+    "ObstacleMemory",
+    "View",
     "dequantise_depth",
     "quantise_depth",
     "remove_floor",

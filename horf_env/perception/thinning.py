@@ -30,6 +30,20 @@ def thin(points: FloatArray, voxel: float) -> FloatArray:
     return points[keep]
 
 
+def ring(points: FloatArray, centre: FloatArray, inner: float, outer: float) -> FloatArray:
+    """Points whose horizontal distance from the centre is between two radii [m].
+
+    Args:
+        points: Shape (N, 3), m.
+        centre: Shape (2,), m.
+        inner: Least distance [m], included.
+        outer: Greatest distance [m], excluded.
+    """
+    x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
+    squared = x * x + y * y
+    return np.compress((squared >= inner * inner) & (squared < outer * outer), points, axis=0)
+
+
 @njit(cache=True)
 def _mark_first(points: FloatArray, scale: float, table: IntArray, keep: np.ndarray) -> None:
     """Mark the first point of each voxel; the table is an open-addressing hash set of voxels."""

@@ -31,6 +31,7 @@ def make_tick(robot, sdf):
             ),
             floor=sdf.floor_witnesses(state),
             own_base=sdf.own_base_witnesses(state, cutoff=0.5),
+            unseen=np.empty((0, 2)),
             limits=profile,
             dt=DT,
         )

@@ -1,0 +1,83 @@
+"""Rows that keep the base from driving, reversing or swinging into ground nobody has looked at.
+
+Not in the paper. Most of what a base with a forward camera hits with a good map is behind it or
+beside it. Unseen ground is no obstacle as such: only within the stopping distance it limits the
+speed, and only that of the base.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from horf_env.control.avoidance import allowed_approach, silence
+from horf_env.control.tick import ControlTick
+from horf_env.robot.footprint import FOOTPRINT
+from horf_env.types import FloatArray
+
+# Directions around the base, each with one row for its nearest unseen place: four sides and four
+# corners, and one more between each two of them.
+_SECTORS = 16
+_LOWER, _UPPER = np.array(FOOTPRINT[::2]), np.array(FOOTPRINT[1::2])
+_TOUCHING = 1e-6  # m; nearer to the footprint a place has no direction
+
+
+class UnseenGround:
+    """One row for the nearest unseen place in each direction around the base."""
+
+    def __init__(self, *, gain: float, margin: float) -> None:
+        """Set the barrier.
+
+        Args:
+            gain: Barrier gain [1/s].
+            margin: Distance from the middle of an unseen place that is kept [m].
+        """
+        self._gain, self._margin = gain, margin
+        self._names = tuple(f"unseen ground {k}" for k in range(_SECTORS))
+
+    def names(self) -> tuple[str, ...]:
+        """See `Rows`."""
+        return self._names
+
+    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """See `Rows`."""
+        G, distance = _nearest_rows(tick.unseen, tick.state.T_world_base, _LOWER, _UPPER)
+        h = allowed_approach(
+            distance - self._margin,
+            gain=min(self._gain, 1.0 / tick.dt),
+            braking=tick.limits.braking,
+            dt=tick.dt,
+        )
+        # Nearer than the margin it may stay; it need not back off.
+        np.maximum(h, 0.0, out=h)
+        silence(G, h)
+        return G, h
+
+
+@numba.njit(cache=True)
+def _nearest_rows(
+    places: FloatArray, T_world_base: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rows (16, 9) that give the approach to the nearest place of each sector, and its distance.
+
+    Args:
+        places: In the world, shape (M, 2), m.
+        T_world_base: Pose of the base, shape (4, 4).
+        lower: Least x and y of the footprint, shape (2,), m.
+        upper: Greatest x and y of the footprint, shape (2,), m.
+    """
+    G, nearest = np.zeros((_SECTORS, 9)), np.full(_SECTORS, np.inf)
+    c, s = T_world_base[0, 0], T_world_base[1, 0]
+    for i in range(len(places)):
+        dx, dy = places[i, 0] - T_world_base[0, 3], places[i, 1] - T_world_base[1, 3]
+        x, y = c * dx + s * dy, c * dy - s * dx
+        away_x = x - min(max(x, lower[0]), upper[0])
+        away_y = y - min(max(y, lower[1]), upper[1])
+        distance = np.sqrt(away_x * away_x + away_y * away_y)
+        sector = int((np.arctan2(y, x) / (2.0 * np.pi) + 1.0) * _SECTORS) % _SECTORS
+        if _TOUCHING < distance < nearest[sector]:
+            nearest[sector] = distance
+            # A point of the base moves with (v - omega y, omega x).
+            G[sector, 0] = away_x / distance
+            G[sector, 1] = (away_y * x - away_x * y) / distance
+    return G, nearest

@@ -1,0 +1,67 @@
+"""The paper's memory: the point clouds of the last few frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from horf_env.perception.cloud import CloudHistory, remove_floor
+from horf_env.perception.memory import View
+from horf_env.perception.thinning import ring, thin
+from horf_env.types import FloatArray
+
+# Near the base points are so dense that a finger tip cannot pass the margin of 0.05 m between two
+# of them; farther away, where only braking matters, they are wider apart. In m.
+_NEAR_RANGE, _NEAR_VOXEL = 1.5, 0.02
+_FAR_RANGE, _FAR_VOXEL = 3.0, 0.08
+
+
+@dataclass(frozen=True)
+class FrameSettings:
+    """Settings of the memory of frames.
+
+    Attributes:
+        frames: How many frames are kept; five in the paper.
+    """
+
+    frames: int = 5
+
+    def make(self) -> FrameMemory:
+        """An empty memory."""
+        return FrameMemory(self)
+
+
+class FrameMemory:
+    """Points of the last few frames, where they were captured; knows nothing of the unseen."""
+
+    def __init__(self, settings: FrameSettings) -> None:
+        """An empty memory.
+
+        Raises:
+            ValueError: If it is to keep less than one frame.
+        """
+        self._cloud = CloudHistory(settings.frames)
+
+    def reset(self, T_world_base: FloatArray) -> None:
+        """See `ObstacleMemory`."""
+        self._cloud.clear()
+
+    def add(self, view: View) -> None:
+        """See `ObstacleMemory`."""
+        self._cloud.add(remove_floor(view.points[~view.own]))
+
+    def occupy(self, T_world_base: FloatArray) -> None:
+        """See `ObstacleMemory`: nothing to learn."""
+
+    def points(self, T_world_base: FloatArray) -> FloatArray:
+        """See `ObstacleMemory`; thinned, the newest first."""
+        centre = T_world_base[:2, 3]
+        points = self._cloud.points()[::-1]
+        near = thin(ring(points, centre, 0.0, _NEAR_RANGE), _NEAR_VOXEL)
+        far = thin(ring(points, centre, _NEAR_RANGE, _FAR_RANGE), _FAR_VOXEL)
+        return np.concatenate([near, far])
+
+    def unseen(self, T_world_base: FloatArray) -> FloatArray:
+        """See `ObstacleMemory`."""
+        return np.empty((0, 2))

@@ -1,0 +1,58 @@
+"""What a memory of obstacles is: it is shown frames and asked for obstacle points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from horf_env.perception.image import Image
+from horf_env.types import FloatArray
+
+
+@dataclass(frozen=True)
+class View:
+    """One image and what it shows.
+
+    Attributes:
+        image: The image.
+        T_world_camera: Pose of the camera at capture, shape (4, 4).
+        points: Where the rays of the valid pixels ended, in the world, shape (N, 3), m.
+        own: Which of the points lie on the robot's own arm, shape (N,).
+    """
+
+    image: Image
+    T_world_camera: FloatArray
+    points: FloatArray
+    own: np.ndarray
+
+
+class ObstacleMemory(Protocol):
+    """Remembers what the camera has shown."""
+
+    def reset(self, T_world_base: FloatArray) -> None:
+        """Forget everything; the robot starts at this pose, shape (4, 4)."""
+
+    def add(self, view: View) -> None:
+        """Take in a frame."""
+
+    def occupy(self, T_world_base: FloatArray) -> None:
+        """Learn that the base stands here, so that nothing else does."""
+
+    def points(self, T_world_base: FloatArray) -> FloatArray:
+        """Obstacle points around the base, in the world, shape (N, 3), m."""
+
+    def unseen(self, T_world_base: FloatArray) -> FloatArray:
+        """Points of the ground near the base that were neither seen nor covered by it.
+
+        Returns:
+            In the world, shape (M, 2), m; none for a memory that does not tell.
+        """
+
+
+class MemorySettings(Protocol):
+    """Settings that name a kind of memory and make one."""
+
+    def make(self) -> ObstacleMemory:
+        """An empty memory."""

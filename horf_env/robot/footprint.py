@@ -1,0 +1,10 @@
+"""Outline of the base on the floor."""
+
+from __future__ import annotations
+
+FOOTPRINT = (-0.35, 0.38, -0.25, 0.25)
+"""(least x, greatest x, least y, greatest y) in the frame of the base [m]: the LD-60's body and the
+camera on its front."""
+
+BASE_HEIGHT = 0.38
+"""Height of the LD-60's body [m]."""
