@@ -8,6 +8,9 @@ from numba import njit
 from horf_env.perception.voxel_grid import VoxelGrid
 from horf_env.types import FloatArray
 
+COVERED = np.uint64(1 << 63)
+"""Bit of a column where the base has stood: free, but nothing is known about what is beside it."""
+
 
 @njit(cache=True)
 def mark_standing(
@@ -17,14 +20,14 @@ def mark_standing(
     radius: float,
     layers: np.uint64,
 ) -> None:
-    """Mark as seen where the base stands, and a disc about its centre.
+    """Mark where the base stands as covered, and a disc about its centre as seen.
 
     Args:
         grid: The grid.
         pose: (x, y, theta) of the base, m and rad.
         box: (least x, greatest x, least y, greatest y) of its body in its own frame [m].
         radius: Of the disc [m].
-        layers: Bits of the layers to mark.
+        layers: Bits of the layers of the disc.
     """
     n, size = len(grid.seen), grid.size[0]
     x, y, theta = pose
@@ -37,41 +40,70 @@ def mark_standing(
             dx, dy = (world_x + 0.5) * size - x, (world_y + 0.5) * size - y
             along, across = c * dx + s * dy, c * dy - s * dx
             in_body = box[0] <= along <= box[1] and box[2] <= across <= box[3]
-            if in_body or dx * dx + dy * dy <= radius * radius:
-                grid.seen[world_x & (n - 1), world_y & (n - 1)] |= layers
+            column = world_x & (n - 1), world_y & (n - 1)
+            if in_body:
+                grid.seen[column] |= COVERED
+            if dx * dx + dy * dy <= radius * radius:
+                grid.seen[column] |= layers
 
 
 @njit(cache=True)
-def unseen_border(
-    grid: VoxelGrid, x: float, y: float, radius: float, layers: np.uint64, out: FloatArray
+def unseen_ground(
+    grid: VoxelGrid,
+    x: float,
+    y: float,
+    layers: np.uint64,
+    grace: int,
+    steps: np.ndarray,
+    out: FloatArray,
 ) -> int:
-    """Write the middles of unseen columns that lie beside a seen and empty one.
+    """Write the middles of the outermost columns that are unseen and not near seen ones.
 
     Args:
         grid: The grid.
         x: Middle of the area to look at [m].
         y: The same.
-        radius: Of that area [m].
         layers: Bits of the layers that count: a column is seen if any of them was.
+        grace: Unseen columns up to so many columns away from a seen one are passed over.
+        steps: Written: way to the nearest seen column in columns (king's moves), shape (K, K),
+            int64; its shape says how large the area is.
         out: Written, shape (M, 2), m.
 
     Returns:
         How many were written.
     """
-    n, size, found = len(grid.seen), grid.size[0], 0
-    reach = int(radius / size)
-    middle_x, middle_y = int(np.floor(x / size)), int(np.floor(y / size))
-    for world_x in range(middle_x - reach, middle_x + reach + 1):
-        for world_y in range(middle_y - reach, middle_y + reach + 1):
-            dx, dy = (world_x + 0.5) * size - x, (world_y + 0.5) * size - y
-            column = world_x & (n - 1), world_y & (n - 1)
-            known = grid.seen[column] | grid.occupied[column]
-            if known & layers or dx * dx + dy * dy > radius * radius or found == len(out):
-                continue
-            for step_x, step_y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-                beside = (world_x + step_x) & (n - 1), (world_y + step_y) & (n - 1)
-                if grid.seen[beside] & layers and not grid.occupied[beside] & layers:
-                    out[found, 0], out[found, 1] = (world_x + 0.5) * size, (world_y + 0.5) * size
-                    found += 1
-                    break
+    n, size, side, found = len(grid.seen), grid.size[0], len(steps), 0
+    first_x = int(np.floor(x / size)) - side // 2
+    first_y = int(np.floor(y / size)) - side // 2
+    for i in range(side):
+        for j in range(side):
+            column = (first_x + i) & (n - 1), (first_y + j) & (n - 1)
+            seen = (grid.seen[column] | grid.occupied[column]) & layers
+            least = 0 if seen else side
+            if not seen and i > 0:
+                least = min(least, steps[i - 1, j] + 1)
+                if j > 0:
+                    least = min(least, steps[i - 1, j - 1] + 1)
+                if j < side - 1:
+                    least = min(least, steps[i - 1, j + 1] + 1)
+            if not seen and j > 0:
+                least = min(least, steps[i, j - 1] + 1)
+            steps[i, j] = least
+    for i in range(side - 1, -1, -1):
+        for j in range(side - 1, -1, -1):
+            least = steps[i, j]
+            if i < side - 1:
+                least = min(least, steps[i + 1, j] + 1)
+                if j > 0:
+                    least = min(least, steps[i + 1, j - 1] + 1)
+                if j < side - 1:
+                    least = min(least, steps[i + 1, j + 1] + 1)
+            if j < side - 1:
+                least = min(least, steps[i, j + 1] + 1)
+            steps[i, j] = least
+            covered = grid.seen[(first_x + i) & (n - 1), (first_y + j) & (n - 1)] & COVERED
+            if least == grace + 1 and not covered and found < len(out):
+                out[found, 0] = (first_x + i + 0.5) * size
+                out[found, 1] = (first_y + j + 0.5) * size
+                found += 1
     return found

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from horf_env.perception.ground import mark_standing, unseen_border
+from horf_env.perception.ground import mark_standing, unseen_ground
 from horf_env.perception.memory import View
 from horf_env.perception.voxel_grid import (
     carve,
@@ -33,6 +33,7 @@ _MOST_MISSES = 3
 # Every fourth ray marks what it passes; the four sets take turns, so all do within 0.2 s.
 _RAY_SETS = 4
 _MOST_POINTS = 1 << 15
+_GROUND_RANGE = 2.0  # m from the base's centre; unseen ground farther away is no concern yet
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class MapSettings:
     Attributes:
         voxel: Edge of a voxel [m].
         columns: Voxels along each side of the window, a power of two.
-        layers: Voxels from the floor up, 64 at most: higher than the arm reaches.
+        layers: Voxels from the floor up, 63 at most: higher than the arm reaches.
         history: How long a point is remembered after it was last seen [s]; inf for ever.
         carving: Whether points that the camera sees through are forgotten.
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
@@ -50,7 +51,9 @@ class MapSettings:
         near: Within this distance of the base all points are used [m], beyond every second one.
         far: Beyond this distance none is [m].
         start_radius: Ground about the start that is taken to be free [m]: the robot is put where
-            it can turn on the spot. Its corners are 0.46 m from its centre.
+            it can turn on the spot with its arm in the ready pose, which reaches 0.65 m.
+        grace: Unseen ground so near to ground that was seen counts as seen [m]. A base that turns
+            on the spot sweeps 0.18 m beside it, which a camera on its front never sees.
     """
 
     voxel: float = 0.05
@@ -63,6 +66,7 @@ class MapSettings:
     near: float = 1.5
     far: float = 3.0
     start_radius: float = 0.75
+    grace: float = 0.2
 
     def make(self) -> LocalMap:
         """An empty map."""
@@ -81,7 +85,9 @@ class LocalMap:
         self._settings = settings
         self._body_layers = np.uint64((1 << int(np.ceil(BASE_HEIGHT / settings.voxel))) - 1)
         self._points = np.empty((_MOST_POINTS, 3))
-        self._ground = np.empty((settings.columns**2, 2))
+        side = 2 * int(_GROUND_RANGE / settings.voxel)
+        self._steps, self._ground = np.empty((side, side), np.int64), np.empty((side**2, 2))
+        self._grace = round(settings.grace / settings.voxel)
         self._make_grid()
 
     def _make_grid(self) -> None:
@@ -126,8 +132,9 @@ class LocalMap:
         if not self._settings.guard_unseen_ground:
             return np.empty((0, 2))
         x, y = T_world_base[:2, 3]
-        reach = min(self._settings.far, 0.45 * self._settings.columns * self._settings.voxel)
-        found = unseen_border(self._grid, x, y, reach, self._body_layers, self._ground)
+        found = unseen_ground(
+            self._grid, x, y, self._body_layers, self._grace, self._steps, self._ground
+        )
         return self._ground[:found].copy()
 
     def _stand(self, T_world_base: FloatArray, radius: float) -> None:

@@ -14,7 +14,7 @@ from numba import njit
 
 from horf_env.types import FloatArray
 
-_MOST_LAYERS = 64  # bits of a word
+_MOST_LAYERS = 63  # bits of a word less one, which marks the columns that the base has covered
 
 
 class VoxelGrid(NamedTuple):
