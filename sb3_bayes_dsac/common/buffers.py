@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ import torch as th
 from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.buffers import DictReplayBuffer
+from stable_baselines3.common.buffers import psutil as psutil_or_none  # type: ignore[attr-defined]
 from stable_baselines3.common.preprocessing import get_obs_shape
 from stable_baselines3.common.type_aliases import DictReplayBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize
@@ -80,11 +82,24 @@ class FrameStackReplayBuffer(DictReplayBuffer):
         self.obs_shape = get_obs_shape(observation_space)  # type: ignore[assignment]
         self._stacked = keys
         self._stores = self._new_stores()
+        self._warn_if_too_large()
 
     def _new_stores(self) -> dict[str, FrameStore]:
         """An empty store for each stacked key."""
         size, n = self.buffer_size, self.n_envs
         return {k: FrameStore(k, self.observation_space[k], size, n) for k in self._stacked}
+
+    def _warn_if_too_large(self) -> None:
+        """Say so now rather than run out of memory hours later, as `DictReplayBuffer` does."""
+        if psutil_or_none is None:
+            return
+        free = psutil_or_none.virtual_memory().available
+        if self.nbytes > free:
+            warnings.warn(
+                f"the replay buffer needs {self.nbytes / 1e9:.2f} GB when it is full and "
+                f"{free / 1e9:.2f} GB are free: give a smaller buffer_size",
+                stacklevel=3,
+            )
 
     @property
     def nbytes(self) -> int:

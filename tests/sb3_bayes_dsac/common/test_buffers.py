@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium as gym
@@ -152,6 +153,14 @@ def test_memory_of_a_large_buffer() -> None:
     buffer = FrameStackReplayBuffer(100_000, depth, ACTIONS, "cpu")
     assert buffer.nbytes < 0.35e9
     assert DictReplayBuffer(10, depth, ACTIONS).observations["depth"].nbytes * 2e4 > 3e9
+
+
+def test_warns_if_memory_will_not_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    free = SimpleNamespace(available=2_000)
+    monkeypatch.setattr("psutil.virtual_memory", lambda: free)
+    FrameStackReplayBuffer(10, space(3), ACTIONS)
+    with pytest.warns(UserWarning, match="smaller buffer_size"):
+        FrameStackReplayBuffer(100, space(3), ACTIONS)
 
 
 def test_saved_and_loaded_buffer_goes_on() -> None:
