@@ -13,7 +13,8 @@ from horf_env.robot import (
     RobotState,
     collision_parts,
 )
-from horf_env.sdf.robot_sdf import Witnesses, distance_gradient
+from horf_env.sdf.gradient import distance_gradient
+from horf_env.sdf.witnesses import Witnesses
 from horf_env.types import FloatArray, IntArray
 
 _POOL_SPACING = 0.03  # m between the surface points to choose from

@@ -16,7 +16,7 @@ from horf_env.sdf.fields import PADDINGS, RESOLUTION, Fields, build_fields
 from horf_env.sdf.geometry import BodyGeometry
 
 _LOG = logging.getLogger(__name__)
-_FORMAT = 1  # raise when the meaning of the stored arrays changes
+_FORMAT = 2  # raise when the meaning of the stored arrays changes
 
 
 def cached_fields(geometry: BodyGeometry, folder: Path | None = None) -> Fields:
@@ -46,17 +46,17 @@ def cached_fields(geometry: BodyGeometry, folder: Path | None = None) -> Fields:
 
 def _digest(geometry: BodyGeometry) -> str:
     digest = hashlib.sha256(f"{_FORMAT} {RESOLUTION} {PADDINGS}".encode())
-    digest.update(geometry.triangles.tobytes())
+    digest.update(geometry.faces.tobytes())
     digest.update(geometry.part_start.tobytes())
     return digest.hexdigest()[:24]
 
 
 def _read(path: Path, n_parts: int) -> Fields:
     with np.load(path, allow_pickle=False) as stored:
-        fields = Fields(stored["values"], stored["origins"], stored["cells"])
-    expected = (n_parts, len(PADDINGS), *(RESOLUTION,) * 3)
-    if fields.values.shape != expected or fields.values.dtype != np.float32:
-        raise ValueError(f"holds {fields.values.shape}, expected {expected}")
+        fields = Fields(stored["nodes"], stored["near_faces"], stored["frames"])
+    expected = (n_parts * len(PADDINGS) * RESOLUTION**3, 4)
+    if fields.nodes.shape != expected or fields.nodes.dtype != np.float32:
+        raise ValueError(f"holds {fields.nodes.shape}, expected {expected}")
     return fields
 
 
@@ -66,7 +66,7 @@ def _write(path: Path, fields: Fields) -> None:
     handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     try:
         with os.fdopen(handle, "wb") as file:
-            np.savez(file, values=fields.values, origins=fields.origins, cells=fields.cells)
+            np.savez(file, nodes=fields.nodes, near_faces=fields.near_faces, frames=fields.frames)
         os.replace(temporary, path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Convex parts of the nine bodies as flat arrays for the compiled kernels."""
+"""Convex parts of all bodies as flat arrays for the compiled kernels."""
 
 from __future__ import annotations
 
@@ -13,40 +13,55 @@ from horf_env.types import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class BodyGeometry:
-    """All triangles of all parts, part after part, in body frames [m].
+    """All faces of all parts, part after part, in body frames [m].
 
     Attributes:
-        planes: Outward unit normal and offset of each triangle, n.x = offset; shape (F, 4).
-        triangles: Corners, shape (F, 3, 3).
-        spheres: Centre and radius of a ball around each triangle, shape (F, 4).
-        part_start: First triangle of each part and the end, shape (P + 1,).
+        planes: Outward unit normal and offset of each face, n.x = offset; shape (4, F).
+        faces: Corner a, edges ab and ac, and the products ab.ab, ab.ac, ac.ac; shape (F, 12).
+        links: For each face nine numbers: the faces across the edges ab, ac and bc; where the lists
+            of the faces around a, b and c begin in this array; where they end. Then those lists.
+        part_start: First face of each part and the end, shape (P + 1,).
         body_start: First part of each body and the end, shape (B + 1,).
         boxes: Lower and upper corner of each body's bounding box, shape (B, 2, 3).
-        vertices: Corners of all parts of each body, B arrays (V, 3).
+        part_boxes: The same of each part, shape (P, 2, 3).
+        vertices: Corners of all parts, body after body, shape (V, 3).
+        vertex_start: First corner of each body and the end, shape (B + 1,).
     """
 
     planes: FloatArray
-    triangles: FloatArray
-    spheres: FloatArray
+    faces: FloatArray
+    links: np.ndarray
     part_start: IntArray
     body_start: IntArray
     boxes: FloatArray
-    vertices: tuple[FloatArray, ...]
+    part_boxes: FloatArray
+    vertices: FloatArray
+    vertex_start: IntArray
+
+    def corners(self, part: int) -> FloatArray:
+        """Corners of the faces of one part, shape (F, 3, 3), m."""
+        rows = self.faces[self.part_start[part] : self.part_start[part + 1]]
+        a = rows[:, 0:3]
+        return np.stack([a, a + rows[:, 3:6], a + rows[:, 6:9]], axis=1)
 
 
 def body_geometry(bodies: Sequence[Sequence[ConvexPart]]) -> BodyGeometry:
     """Flatten the parts of the bodies."""
     parts = [part for body in bodies for part in body]
     triangles = np.concatenate([part.vertices[part.faces] for part in parts])
-    vertices = tuple(np.concatenate([part.vertices for part in body]) for body in bodies)
+    first = _starts([len(part.vertices) for part in parts])
+    indices = np.concatenate([part.faces + k for part, k in zip(parts, first[:-1], strict=True)])
+    vertices = [np.concatenate([part.vertices for part in body]) for body in bodies]
     return BodyGeometry(
         planes=_planes(triangles),
-        triangles=triangles,
-        spheres=_bounding_spheres(triangles),
+        faces=_faces(triangles),
+        links=_links(indices),
         part_start=_starts([len(part.faces) for part in parts]),
         body_start=_starts([len(body) for body in bodies]),
-        boxes=np.array([[v.min(axis=0), v.max(axis=0)] for v in vertices]),
-        vertices=vertices,
+        boxes=_boxes(vertices),
+        part_boxes=_boxes([part.vertices for part in parts]),
+        vertices=np.concatenate(vertices),
+        vertex_start=_starts([len(v) for v in vertices]),
     )
 
 
@@ -54,15 +69,40 @@ def _starts(lengths: Sequence[int]) -> IntArray:
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 
 
+def _boxes(groups: Sequence[FloatArray]) -> FloatArray:
+    return np.array([[v.min(axis=0), v.max(axis=0)] for v in groups])
+
+
 def _planes(triangles: FloatArray) -> FloatArray:
     edges = triangles[:, 1:] - triangles[:, :1]
     normals = np.cross(edges[:, 0], edges[:, 1])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     offsets = np.einsum("fi,fi->f", normals, triangles[:, 0])
-    return np.column_stack([normals, offsets])
+    return np.ascontiguousarray(np.column_stack([normals, offsets]).T)
 
 
-def _bounding_spheres(triangles: FloatArray) -> FloatArray:
-    centres = triangles.mean(axis=1)
-    radii = np.linalg.norm(triangles - centres[:, None], axis=2).max(axis=1)
-    return np.column_stack([centres, radii])
+def _faces(triangles: FloatArray) -> FloatArray:
+    a, b, c = triangles.transpose(1, 0, 2)
+    ab, ac = b - a, c - a
+    products = [np.einsum("fi,fi->f", u, v) for u, v in ((ab, ab), (ab, ac), (ac, ac))]
+    return np.column_stack([a, ab, ac, *products])
+
+
+def _links(indices: np.ndarray) -> np.ndarray:
+    """Neighbours of each face across its edges and around its corners; see `BodyGeometry`."""
+    n_faces = len(indices)
+    links = np.empty((n_faces, 9), dtype=np.int32)
+    links[:, :3] = _across_edges(indices)
+    order = np.argsort(indices.ravel(), kind="stable")
+    start = 9 * n_faces + _starts(np.bincount(indices.ravel()).tolist())
+    links[:, 3:6], links[:, 6:9] = start[indices], start[indices + 1]
+    return np.concatenate([links.ravel(), (order // 3).astype(np.int32)])
+
+
+def _across_edges(indices: np.ndarray) -> np.ndarray:
+    """Face on the other side of the edges ab, ac and bc of each face, shape (F, 3)."""
+    edges = np.sort(indices[:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)  # a closed surface: each edge twice, now side by side
+    across = np.empty(len(edges), dtype=np.int32)
+    across[order[0::2]], across[order[1::2]] = order[1::2] // 3, order[0::2] // 3
+    return across.reshape(-1, 3)

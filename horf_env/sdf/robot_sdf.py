@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,54 +9,23 @@ import trimesh
 
 from horf_env.errors import UnknownNameError
 from horf_env.robot import MobileManipulator, RobotState, collision_parts
-from horf_env.robot.vectors import cross
+from horf_env.sdf.arrays import WorkSpace, shape_of
+from horf_env.sdf.bodies import body_distances
 from horf_env.sdf.cache import cached_fields
-from horf_env.sdf.convex import part_distances
-from horf_env.sdf.fields import PADDINGS, Fields
+from horf_env.sdf.fields import Fields
 from horf_env.sdf.geometry import BodyGeometry, body_geometry
-from horf_env.sdf.kernel import find_witnesses, within
+from horf_env.sdf.kernel import find_witnesses
+from horf_env.sdf.known import find_lowest, mark_within
+from horf_env.sdf.witnesses import LinkDistances, Witnesses, empty_table
 from horf_env.types import FloatArray, IntArray
 
-_LOG = logging.getLogger(__name__)
 _GEOMETRIES = ("hull",)
 _FIRST_ARM_BODY = 1
 _FIRST_FREE_BODY = 3  # the first body of the arm that can touch the base
 _BASE_SAMPLING = 0.05  # m between points on the base: 6 mm too far at most at 5 cm distance
 _NO_BRAKING = np.inf
-
-
-@dataclass(frozen=True)
-class LinkDistances:
-    """Nearest cloud point of each body.
-
-    Attributes:
-        distance: Signed distance of each body [m], inf without points; shape (9,).
-        point_index: Index of the nearest point in the cloud, -1 without points; shape (9,).
-        gradient: d distance / d velocity, zeros without points; shape (9, 9).
-    """
-
-    distance: FloatArray
-    point_index: IntArray
-    gradient: FloatArray
-
-
-@dataclass(frozen=True)
-class Witnesses:
-    """Up to K points for each of the nine bodies; a body's nearest point comes first.
-
-    Attributes:
-        distance: Signed distance of each point to its body [m], inf where there is none; (9, K).
-        normal: Gradient of the distance with respect to the point, world axes; shape (9, K, 3).
-        gradient: d distance / d velocity, zeros where there is no point; shape (9, K, 9).
-        point: World position of each point [m]; shape (9, K, 3).
-        index: Index of each point in the cloud, -1 where there is none; shape (9, K).
-    """
-
-    distance: FloatArray
-    normal: FloatArray
-    gradient: FloatArray
-    point: FloatArray
-    index: IntArray
+_FIRST_CLOUD = 8192  # points for which there is work space from the beginning
+_NOT_FINITE = "points: expected finite numbers; drop invalid depth before the query"
 
 
 class RobotSdf:
@@ -67,9 +34,8 @@ class RobotSdf:
     def __init__(self, robot: MobileManipulator, geometry: BodyGeometry, fields: Fields) -> None:
         self._robot = robot
         self._geometry = geometry
-        g = geometry
-        self._shape = (g.planes, g.triangles, g.spheres, g.part_start, g.body_start)
-        self._fields = (fields.values, fields.origins, fields.cells)
+        self._shape = shape_of(geometry, fields)
+        self._reserve(_FIRST_CLOUD)
         self._base_surface = _surface_points(geometry, _BASE_SAMPLING)
 
     @classmethod
@@ -106,15 +72,9 @@ class RobotSdf:
             Shape (N,), m, positive outside.
         """
         points = _checked(points)
-        g = self._geometry
-        parts = range(g.body_start[k], g.body_start[k + 1])
-        distances = [
-            part_distances(
-                points, g.planes, g.triangles, g.spheres, g.part_start[p], g.part_start[p + 1]
-            )
-            for p in parts
-        ]
-        return np.asarray(np.min(distances, axis=0))
+        distances = np.empty(len(points))
+        body_distances(self._shape, self._work.heights, k, points, distances)
+        return distances
 
     def query(self, points: FloatArray, configuration: FloatArray) -> LinkDistances:
         """Nearest point of each body: zeta_k and its gradient in the paper's A_avoi.
@@ -162,50 +122,50 @@ class RobotSdf:
         Raises:
             ValueError: If the points are not finite or of another shape.
         """
-        points = _checked(points)
-        n_bodies = len(state.link_poses)
-        distance = np.full((n_bodies, count), np.inf)
-        index = np.full((n_bodies, count), -1, dtype=np.int64)
-        normal = np.zeros((n_bodies, count, 3))
-        if len(points):
-            find_witnesses(
-                points,
-                state.link_poses,
-                _body_twists(state, velocity),
-                first_body,
-                *self._shape,
-                self._geometry.boxes,
-                *self._fields,
-                PADDINGS[-1],
-                cutoff,
-                spacing,
-                braking,
-                distance,
-                index,
-                normal,
-            )
-        point = points[index] if len(points) else np.zeros((n_bodies, count, 3))
-        gradient = distance_gradient(state, np.arange(n_bodies), point, normal)
-        return Witnesses(distance, normal, gradient, point, index)
+        points = _cloud(points)
+        if len(points) > len(self._work.listed):
+            self._reserve(2 * len(points))
+        if velocity is None:
+            velocity = np.zeros(state.body_jacobians.shape[2])
+        numbers, indices = self._empty_table(state, count)
+        work = self._work
+        if len(points) and not find_witnesses(
+            self._shape,
+            work.single,
+            work.minima,
+            work.double,
+            work.listed,
+            work.heights,
+            points,
+            state.link_poses,
+            state.body_jacobians,
+            velocity,
+            first_body,
+            cutoff,
+            spacing,
+            braking,
+            numbers,
+            indices,
+        ):
+            raise ValueError(_NOT_FINITE)
+        return Witnesses.from_table(numbers, indices)
 
     def floor_witnesses(self, state: RobotState) -> Witnesses:
         """Height of each body's lowest corner above the floor z = 0, one point a body.
 
         The floor is known, so it is no part of the cloud. The base stands on it: no point there.
         """
-        n_bodies = len(state.link_poses)
-        distance, point = np.full((n_bodies, 1), np.inf), np.zeros((n_bodies, 1, 3))
-        normal = np.zeros((n_bodies, 1, 3))
-        for body in range(_FIRST_ARM_BODY, n_bodies):
-            R, t = state.link_poses[body, :3, :3], state.link_poses[body, :3, 3]
-            vertices = self._geometry.vertices[body]
-            lowest = vertices[np.argmin(vertices @ R[2])]
-            point[body, 0] = R @ lowest + t
-            distance[body, 0] = point[body, 0, 2]
-            normal[body, 0, 2] = -1.0  # raising the floor shortens the distance
-        gradient = distance_gradient(state, np.arange(n_bodies), point, normal)
-        index = np.full((n_bodies, 1), -1, dtype=np.int64)
-        return Witnesses(distance, normal, gradient, point, index)
+        numbers, indices = self._empty_table(state, 1)
+        g = self._geometry
+        find_lowest(
+            g.vertices,
+            g.vertex_start,
+            state.link_poses,
+            state.body_jacobians,
+            _FIRST_ARM_BODY,
+            numbers,
+        )
+        return Witnesses.from_table(numbers, indices)
 
     def own_base_witnesses(self, state: RobotState, *, cutoff: float) -> Witnesses:
         """Nearest point of the robot's own base for each body of the arm, one point a body.
@@ -238,64 +198,44 @@ class RobotSdf:
         """
         points = _checked(points)
         inside = np.empty(len(points), dtype=np.bool_)
-        arm = slice(_FIRST_ARM_BODY, None)
-        starts = self._geometry.body_start[arm]
-        within(
+        mark_within(
+            self._shape,
+            self._work.heights,
             points,
-            state.link_poses[arm],
-            *self._shape[:-1],
-            starts,
-            self._geometry.boxes[arm],
+            state.link_poses,
+            _FIRST_ARM_BODY,
             tolerance,
             inside,
         )
         return inside
 
+    def _reserve(self, n_points: int) -> None:
+        """Get work space for clouds of up to so many points."""
+        self._work = WorkSpace.for_points(n_points, len(self._geometry.faces))
+
+    def _empty_table(self, state: RobotState, count: int) -> tuple[FloatArray, IntArray]:
+        n_bodies, _, n_velocities = state.body_jacobians.shape
+        return empty_table(n_bodies, count, n_velocities)
+
 
 def _surface_points(geometry: BodyGeometry, spacing: float) -> FloatArray:
     """Points on the surface of the base, shape (N, 3), frame of the base."""
-    base = geometry.triangles[: geometry.part_start[geometry.body_start[1]]]
+    base = np.concatenate([geometry.corners(p) for p in range(geometry.body_start[1])])
     corners = base.reshape(-1, 3)
     faces = np.arange(len(corners)).reshape(-1, 3)
     points, _ = trimesh.remesh.subdivide_to_size(corners, faces, max_edge=spacing)
     return np.unique(np.round(points, 6), axis=0)
 
 
-def distance_gradient(
-    state: RobotState, bodies: IntArray, points: FloatArray, normals: FloatArray
-) -> FloatArray:
-    """Chain rule: d distance / d velocity for world-fixed points.
-
-    The distance falls as fast as the body-fixed point under the world point moves along the normal:
-    d zeta / d velocity = -normal . J_point.
-
-    Args:
-        state: State of the robot.
-        bodies: Body of each row of points, shape (B,).
-        points: World points, shape (B, K, 3), m.
-        normals: Gradients of the distances with respect to the points, shape (B, K, 3).
-
-    Returns:
-        Shape (B, K, 9), m per (m or rad).
-    """
-    J = state.body_jacobians[bodies]
-    arm = points - state.link_poses[bodies, None, :3, 3]
-    torque = cross(arm, normals)
-    return -(normals @ J[:, :3] + torque @ J[:, 3:])
-
-
-def _body_twists(state: RobotState, velocity: FloatArray | None) -> FloatArray:
-    """Velocity of each body (linear at its origin; angular) in its own frame, shape (9, 6)."""
-    if velocity is None:
-        return np.zeros((len(state.link_poses), 6))
-    world = (state.body_jacobians @ velocity).reshape(-1, 2, 3)
-    return np.ascontiguousarray((world @ state.link_poses[:, :3, :3]).reshape(-1, 6))
-
-
-def _checked(points: FloatArray) -> FloatArray:
+def _cloud(points: FloatArray) -> FloatArray:
     points = np.ascontiguousarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"points: expected shape (N, 3), got {points.shape}")
+    return points
+
+
+def _checked(points: FloatArray) -> FloatArray:
+    points = _cloud(points)
     if not np.isfinite(points).all():
-        raise ValueError("points: expected finite numbers; drop invalid depth before the query")
+        raise ValueError(_NOT_FINITE)
     return points

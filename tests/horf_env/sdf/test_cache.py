@@ -7,8 +7,9 @@ import pytest
 
 from horf_env.robot import collision_parts
 from horf_env.sdf.cache import cached_fields
-from horf_env.sdf.fields import Fields, build_fields
+from horf_env.sdf.fields import Fields, bounds, build_fields
 from horf_env.sdf.geometry import body_geometry
+from horf_env.sdf.polytope import polytope_distance
 
 
 @pytest.fixture(scope="module")
@@ -19,8 +20,9 @@ def finger():
 def test_fields_are_stored_and_read_back(finger, tmp_path):
     built = cached_fields(finger, tmp_path)
     (path,) = tmp_path.iterdir()
-    np.savez(path.open("wb"), values=built.values + 1, origins=built.origins, cells=built.cells)
-    assert (cached_fields(finger, tmp_path).values == built.values + 1).all()
+    changed = {"nodes": built.nodes + 1, "near_faces": built.near_faces, "frames": built.frames}
+    np.savez(path.open("wb"), **changed)
+    assert (cached_fields(finger, tmp_path).nodes == built.nodes + 1).all()
 
 
 @pytest.mark.parametrize("damage", [b"", b"not a zip", b"PK\x03\x04 half a file"])
@@ -30,7 +32,7 @@ def test_a_damaged_cache_is_rebuilt_and_said_so(finger, tmp_path, caplog, damage
     path.write_bytes(damage)
     with caplog.at_level(logging.WARNING):
         again = cached_fields(finger, tmp_path)
-    assert (again.values == built.values).all()
+    assert (again.nodes == built.nodes).all()
     assert str(path) in caplog.text
     assert "building them anew" in caplog.text
 
@@ -39,7 +41,7 @@ def test_a_truncated_cache_is_rebuilt(finger, tmp_path):
     built = cached_fields(finger, tmp_path)
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:-2000])
-    assert (cached_fields(finger, tmp_path).values == built.values).all()
+    assert (cached_fields(finger, tmp_path).nodes == built.nodes).all()
 
 
 def test_a_folder_that_cannot_be_written_is_no_obstacle(finger, tmp_path, caplog):
@@ -50,14 +52,16 @@ def test_a_folder_that_cannot_be_written_is_no_obstacle(finger, tmp_path, caplog
     assert "could not be stored" in caplog.text
 
 
-def test_nodes_are_upper_bounds_within_half_a_cell(finger):
-    from horf_env.sdf.kernel import _interpolate, exact_distance
-
+def test_bounds_hold_within_and_beyond_the_grids_and_are_tight(finger):
     fields = build_fields(finger)
-    rng = np.random.default_rng(0)
-    g, normal = finger, np.empty(3)
-    for point in rng.uniform(g.boxes[0, 0] - 0.25, g.boxes[0, 1] + 0.25, (500, 3)):
-        exact = exact_distance(point, g.planes, g.triangles, g.spheres, g.part_start, 0, 1, normal)
-        value = _interpolate(*point, 0, 1, fields.values, fields.origins, fields.cells)
-        half_diagonal = 0.5 * np.linalg.norm(fields.cells[0, 1])
-        assert exact - 1e-7 <= value <= exact + half_diagonal
+    g, rng = finger, np.random.default_rng(0)
+    heights = np.empty(len(g.faces))
+    for padding, tightness in ((0.05, 0.02), (0.8, 0.1), (5.0, 1.0)):
+        lower, upper = g.boxes[0, 0] - padding, g.boxes[0, 1] + padding
+        for x, y, z in rng.uniform(lower, upper, (300, 3)):
+            exact, *_ = polytope_distance(
+                g.planes, g.faces, g.links, heights, 0, len(g.faces), x, y, z
+            )
+            low, high, _ = bounds(fields.nodes, fields.frames, 0, x, y, z)
+            assert low <= exact <= high
+            assert high - low <= tightness
