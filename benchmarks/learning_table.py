@@ -21,7 +21,7 @@ HEADER = ("task", "variant", "algorithm", "runs", "final", "curve", "Q bias", "s
 def cells(group: Group) -> list[str]:
     """Cells of one row."""
     curve = group.returns.mean(axis=0, keepdims=True)
-    runs = str(len(group.last))
+    runs = str(group.returns.shape[1])
     if group.stopped:
         runs += f" ({len(group.stopped)} stopped early)"
     times = [1e3 * row["cpu_s"] / row["step"] for row in group.last]

@@ -26,7 +26,9 @@ def draw(axis: Axes, group: Group, colour: str) -> None:
     axis.plot(group.steps, group.returns, color=colour, linewidth=0.5, alpha=0.5)
     axis.fill_between(group.steps, low, high, color=colour, alpha=0.15, linewidth=0)
     values = [point.value for point in points]
-    axis.plot(group.steps, values, color=colour, label=f"{group.algorithm} ({len(group.last)})")
+    axis.plot(
+        group.steps, values, color=colour, label=f"{group.algorithm} ({group.returns.shape[1]})"
+    )
 
 
 def main() -> None:

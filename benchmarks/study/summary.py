@@ -25,7 +25,7 @@ class Group:
         variant: Name of the variant; may be empty.
         steps: Environment steps of the evaluations, shape (n_points,).
         returns: Mean return of each evaluation, shape (n_points, n_runs).
-        last: Last row of each run.
+        last: Last row of each run that has one.
         stopped: Runs that did not reach their end, with the reason.
     """
 
@@ -87,7 +87,8 @@ def _group(
     steps = max(([row["step"] for row in rows] for _, rows in runs), key=len)
     curves = []
     for _, rows in runs:
-        curve = [float(np.mean(row["returns"])) for row in rows]
+        # Not a number if it stopped before its first evaluation: then nothing is known of it.
+        curve = [float(np.mean(row["returns"])) for row in rows] or [np.nan]
         curves.append(curve + curve[-1:] * (len(steps) - len(curve)))
     return Group(
         task,
@@ -95,6 +96,6 @@ def _group(
         variant,
         np.array(steps),
         np.array(curves).T,
-        [rows[-1] for _, rows in runs],
+        [rows[-1] for _, rows in runs if rows],
         [run["end"] for run, _ in runs if run["end"] != "completed"],
     )

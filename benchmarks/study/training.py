@@ -33,18 +33,17 @@ def train(run: Run) -> tuple[list[Row], str]:
 
     Returns:
         One row an evaluation, the last one after the last update; and "completed", or what stopped
-        the run. A run that its numbers stopped is a result; its last row is of that moment.
+        the run. A run that its numbers stopped is a result, too; it has the rows until then.
     """
     model, watch = new_model(run), Watch(run)
     model.set_logger(configure(None, []))
-    end = "completed"
     try:
         # Nothing is dumped, so the logger keeps what the last call of train() recorded.
         model.learn(run.task.steps, watch, log_interval=None)
     except (ValueError, ArithmeticError) as error:
-        end = f"stopped at step {model.num_timesteps}: {error}"
+        return watch.rows, f"stopped at step {model.num_timesteps}: {error}"
     watch.look()
-    return watch.rows, end
+    return watch.rows, "completed"
 
 
 class Watch(BaseCallback):
