@@ -47,6 +47,23 @@ class FrameStackError(BayesDsacError, ValueError):
         )
 
 
+class NotFiniteError(BayesDsacError, ValueError):
+    """Training met NaN or infinity and has stopped before it reached any weight.
+
+    Attributes:
+        what: Losses and parts of the batch that are not finite.
+        step: Number of the gradient step, from 1.
+    """
+
+    def __init__(self, what: list[str], step: int, cure: str) -> None:
+        self.what = what
+        self.step = step
+        super().__init__(
+            f"{', '.join(what)} not finite in gradient step {step}; "
+            f"the weights are those of step {step - 1}. {cure}"
+        )
+
+
 class UnsupportedSpaceError(ArgumentError, AssertionError):
     """A space that the algorithm cannot act in; an AssertionError too, as SB3 raises there."""
 

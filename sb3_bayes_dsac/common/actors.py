@@ -5,11 +5,17 @@ from __future__ import annotations
 from typing import cast
 
 import torch as th
-from stable_baselines3.common.distributions import StateDependentNoiseDistribution
+from stable_baselines3.common.distributions import (
+    SquashedDiagGaussianDistribution,
+    StateDependentNoiseDistribution,
+)
 from stable_baselines3.common.type_aliases import PyTorchObs
 from stable_baselines3.sac.policies import LOG_STD_MAX, LOG_STD_MIN
 from stable_baselines3.sac.policies import Actor as SACActor
 from torch import nn
+
+from sb3_bayes_dsac.common.encoders import encode
+from sb3_bayes_dsac.common.squashed_gaussian import squashed_sample
 
 
 class Actor(SACActor):
@@ -21,7 +27,12 @@ class Actor(SACActor):
 
     def encode(self, obs: PyTorchObs) -> th.Tensor:
         """Features of observations, shape (B, features_dim)."""
-        return self.extract_features(obs, self.features_extractor)
+        return encode(
+            self.features_extractor,
+            obs,
+            self.observation_space,
+            normalize_images=self.normalize_images,
+        )
 
     def get_action_dist_params(
         self, obs: PyTorchObs
@@ -50,6 +61,8 @@ class Actor(SACActor):
             shape (B,).
         """
         mean, log_std, kwargs = self.distribution_parameters(features)
+        if isinstance(self.action_dist, SquashedDiagGaussianDistribution):
+            return squashed_sample(mean, log_std, th.randn_like(mean), self.action_dist.epsilon)
         return self.action_dist.log_prob_from_params(mean, log_std, **kwargs)
 
     def resample_noise(self) -> None:

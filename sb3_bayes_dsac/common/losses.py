@@ -45,7 +45,9 @@ def track_mean_std(mean_std: th.Tensor, stds: th.Tensor, rate: float) -> None:
             fully.
     """
     batch_mean = stds.detach().mean(dim=1)
-    mean_std.copy_(th.where(mean_std == 0.0, batch_mean, th.lerp(mean_std, batch_mean, rate)))
+    moved = th.where(mean_std == 0.0, batch_mean, th.lerp(mean_std, batch_mean, rate))
+    # A batch that holds NaN stops training; what was learnt before stays good.
+    mean_std.copy_(th.where(moved.isfinite(), moved, mean_std))
 
 
 def critic_loss(
@@ -74,6 +76,21 @@ def critic_loss(
     std_factor = (error**2 - std**2) / (std**3 + EPSILON)
     per_critic = -(mean_factor * means + std_factor * stds).mean(dim=1)
     return (per_critic * (mean_std**2 + EPSILON)).sum()
+
+
+def negative_log_likelihood(means: th.Tensor, stds: th.Tensor, target: Target) -> th.Tensor:
+    """What the critics' gradient descends but for its scales, for the logger (paper, its J).
+
+    Args:
+        means: Online critics' means, shape (n, B).
+        stds: Online critics' standard deviations, shape (n, B).
+        target: Targets of this batch.
+
+    Returns:
+        Of each critic the mean over the batch, without the constant, shape (n,).
+    """
+    surprise = ((target.sample - means) / stds).square() / 2 + stds.log()
+    return surprise.mean(dim=1)
 
 
 def clipped_share(means: th.Tensor, target: Target, mean_std: th.Tensor) -> th.Tensor:

@@ -218,7 +218,8 @@ class EnsemblePolicy(BasePolicy):
         """
         weights, statistics = self._online
         target_weights, target_statistics = self._target
-        polyak_update(weights, target_weights, tau)
+        with th.no_grad():
+            th._foreach_lerp_([*target_weights], [*weights], tau)
         polyak_update(statistics, target_statistics, 1.0)
 
     def forward(self, obs: PyTorchObs, deterministic: bool = False) -> th.Tensor:

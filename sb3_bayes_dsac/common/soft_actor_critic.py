@@ -21,7 +21,9 @@ from stable_baselines3.common.type_aliases import (
 
 from sb3_bayes_dsac.common.actors import Actor
 from sb3_bayes_dsac.common.critics import EnsembleCritics
-from sb3_bayes_dsac.common.diagnostics import ScalarMeans
+from sb3_bayes_dsac.common.diagnostics import Diagnostics
+from sb3_bayes_dsac.common.guard import check_losses
+from sb3_bayes_dsac.common.minibatches import minibatches
 from sb3_bayes_dsac.common.policies import EnsemblePolicy
 from sb3_bayes_dsac.common.temperature import parse_temperature
 from sb3_bayes_dsac.errors import ArgumentError, UnsupportedSpaceError
@@ -150,34 +152,39 @@ class SoftActorCritic(OffPolicyAlgorithm):
         if self.ent_coef_optimizer is not None:
             optimizers.append(self.ent_coef_optimizer)
         self._update_learning_rate(optimizers)
-        scalars = ScalarMeans()
+        diagnostics = Diagnostics()
         assert self.replay_buffer is not None
+        batches = minibatches(
+            self.replay_buffer, batch_size, gradient_steps, self._vec_normalize_env
+        )
 
-        for steps_left in reversed(range(gradient_steps)):
+        for steps_left, batch in zip(reversed(range(gradient_steps)), batches, strict=True):
             self._n_updates += 1
             update_actor = self._actor_is_due(steps_left)
-            batch = self.replay_buffer.sample(batch_size, env=self._vec_normalize_env)
             self._resample_noise()
 
             # One pass of the online encoder, (B, features_dim), serves all losses of this step.
             features = self.critic.encode(batch.observations)
-            loss = self._critic_loss(self.policy.critic_features(features), batch, scalars)
+            critic_features = self.policy.critic_features(features)
+            losses = {"critic_loss": self._critic_loss(critic_features, batch, diagnostics)}
             if update_actor:
-                loss = loss + self._actor_loss(features, batch, scalars)
+                losses |= self._actor_losses(features, batch, diagnostics)
+            check_losses(losses, batch, self._n_updates)
 
             # All gradients come from the weights before the step, in one backward pass. No weight
             # belongs to two losses, except an encoder that is meant to learn from both.
-            for optimizer in optimizers:
+            due = optimizers if update_actor else optimizers[:1]
+            for optimizer in due:
                 optimizer.zero_grad()
-            th.autograd.backward(loss)
-            for optimizer in optimizers if update_actor else optimizers[:1]:
+            th.autograd.backward(th.stack(list(losses.values())).sum())
+            for optimizer in due:
                 optimizer.step()
             if update_actor or not self.delays_targets:
                 self.policy.update_targets(self.tau)
 
         self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
-        for name, mean in scalars.read().items():
-            self.logger.record(f"train/{name}", mean)
+        for name, value in diagnostics.read().items():
+            self.logger.record(f"train/{name}", value)
 
     def _resample_noise(self) -> None:
         """Draw the actors' gSDE noise anew."""
@@ -192,14 +199,16 @@ class SoftActorCritic(OffPolicyAlgorithm):
         """
 
     @abstractmethod
-    def _critic_loss(self, features: th.Tensor, batch: Batch, scalars: ScalarMeans) -> th.Tensor:
+    def _critic_loss(
+        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
+    ) -> th.Tensor:
         """Loss of all critics on a batch.
 
         Args:
             features: Encoded observations, shape (B, features_dim), with gradient if the critics
                 train the encoder.
             batch: Transitions.
-            scalars: Takes notes for the logger.
+            diagnostics: Takes notes for the logger.
         """
 
     @abstractmethod
@@ -215,20 +224,21 @@ class SoftActorCritic(OffPolicyAlgorithm):
         discounts = self.gamma if batch.discounts is None else batch.discounts.flatten()
         return (1.0 - batch.dones.flatten()) * discounts
 
-    def _actor_loss(self, features: th.Tensor, batch: Batch, scalars: ScalarMeans) -> th.Tensor:
+    def _actor_losses(
+        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
+    ) -> dict[str, th.Tensor]:
         """Loss of the actor (the paper's J_pi with its sign turned) and of the temperature."""
         actor_features = self.policy.actor_features(batch.observations, features)
         actions, log_prob = self.actor.sample(actor_features)
         ent_coef = self.log_ent_coef.detach().exp()
         value = self._actor_value(features.detach(), actions)
-        actor_loss = (ent_coef * log_prob - value).mean()
-        scalars.add(ent_coef=ent_coef.squeeze(), actor_loss=actor_loss)
-        if self.ent_coef_optimizer is None:
-            return actor_loss
-        surprise = (log_prob.detach() + float(self.target_entropy)).mean()
-        ent_coef_loss = -(self.log_ent_coef * surprise).squeeze()
-        scalars.add(ent_coef_loss=ent_coef_loss)
-        return actor_loss + ent_coef_loss
+        losses = {"actor_loss": (ent_coef * log_prob - value).mean()}
+        if self.ent_coef_optimizer is not None:
+            surprise = log_prob.detach().mean() + float(self.target_entropy)
+            losses["ent_coef_loss"] = -(self.log_ent_coef * surprise).squeeze()
+        report = {name: loss.detach() for name, loss in losses.items()}
+        diagnostics.note("actor", lambda: report | {"ent_coef": ent_coef.squeeze()})
+        return losses
 
     def learn(
         self,

@@ -10,9 +10,15 @@ from stable_baselines3.common.type_aliases import GymEnv, Schedule
 
 from sb3_bayes_dsac.common.actors import Actor
 from sb3_bayes_dsac.common.critics import GaussianCritics
-from sb3_bayes_dsac.common.diagnostics import ScalarMeans
+from sb3_bayes_dsac.common.diagnostics import Diagnostics
 from sb3_bayes_dsac.common.gaussian import FUSIONS, Fused, weight_entropy
-from sb3_bayes_dsac.common.losses import Target, clipped_share, critic_loss, track_mean_std
+from sb3_bayes_dsac.common.losses import (
+    Target,
+    clipped_share,
+    critic_loss,
+    negative_log_likelihood,
+    track_mean_std,
+)
 from sb3_bayes_dsac.common.soft_actor_critic import Batch, SoftActorCritic
 from sb3_bayes_dsac.dsac_t.policies import CnnPolicy, DSACPolicy, MlpPolicy, MultiInputPolicy
 from sb3_bayes_dsac.errors import choose
@@ -108,27 +114,34 @@ class DSACT(SoftActorCritic):
         super()._resample_noise()
         self.actor_target.resample_noise()
 
-    def _critic_loss(self, features: th.Tensor, batch: Batch, scalars: ScalarMeans) -> th.Tensor:
+    def _critic_loss(
+        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
+    ) -> th.Tensor:
         """Loss of all critics on a batch; moves the running mean of sigma first."""
-        target = self._target(batch, scalars)
+        fused, target = self._target(batch)
         means, stds = self.critic.evaluate(features, batch.actions)
         track_mean_std(self.mean_std, stds, self.tau)
         loss = critic_loss(means, stds, target, self.mean_std)
-        means, stds = means.detach(), stds.detach()
-        scalars.add(
-            critic_loss=loss,
-            q_mean=means.mean(),
-            q_gap=(means.amax(dim=0) - means.amin(dim=0)).mean(),
-            sigma_mean=stds.mean(),
-            clipped_share=clipped_share(means, target, self.mean_std),
+        q, sigma = means.detach(), stds.detach()
+        diagnostics.note(
+            "critics",
+            lambda: {
+                "critic_loss": negative_log_likelihood(q, sigma, target).sum(),
+                "q_mean": q.mean(dim=1),
+                "q_gap": (q.amax(dim=0) - q.amin(dim=0)).mean(),
+                "sigma_mean": sigma.mean(dim=1),
+                "sigma_fused": fused.std.mean(),
+                "fusion_weight_entropy": weight_entropy(fused.weights),
+                "clipped_share": clipped_share(q, target, self.mean_std),
+            },
         )
         return loss
 
     @th.no_grad()
-    def _target(self, batch: Batch, scalars: ScalarMeans) -> Target:
-        """Mean and one sample of the target return (T_q and T_z of the paper).
+    def _target(self, batch: Batch) -> tuple[Fused, Target]:
+        """Fused return of the next state, and mean and one sample of the target return.
 
-        The paper omits the factor 1 - done.
+        T_q and T_z of the paper, which omits the factor 1 - done.
         """
         actor_features, critic_features = self.policy.next_features(batch.next_observations)
         actions, log_prob = self.actor_target.sample(actor_features)
@@ -138,10 +151,7 @@ class DSACT(SoftActorCritic):
         noise = th.randn_like(fused.std).clamp(-NOISE_LIMIT, NOISE_LIMIT)
         soft_value = fused.mean - self.log_ent_coef.exp() * log_prob
         mean = batch.rewards.flatten() + weight * soft_value
-        scalars.add(
-            sigma_fused=fused.std.mean(), fusion_weight_entropy=weight_entropy(fused.weights)
-        )
-        return Target(mean, mean + weight * fused.std * noise)
+        return fused, Target(mean, mean + weight * fused.std * noise)
 
     def _actor_value(self, features: th.Tensor, actions: th.Tensor) -> th.Tensor:
         """Fused mean, shape (B,)."""

@@ -28,10 +28,10 @@ class MeanCritics(EnsembleCritics):
         self, features: th.Tensor, actions: th.Tensor, *, frozen: bool = False
     ) -> th.Tensor:
         """As `forward`, from features of shape (B, features_dim); `frozen` as in `outputs`."""
-        return self.outputs(features, actions, frozen=frozen).squeeze(dim=-1)
+        return self.outputs(features, actions, frozen=frozen).squeeze(dim=1)
 
     def evaluate_subset(
         self, features: th.Tensor, actions: th.Tensor, subset: th.Tensor
     ) -> th.Tensor:
         """Mean returns of the critics with these indices, shape (len(subset), B)."""
-        return self.subset_outputs(features, actions, subset).squeeze(dim=-1)
+        return self.subset_outputs(features, actions, subset).squeeze(dim=1)

@@ -37,7 +37,14 @@ LOGGED = {
     "q_mean",
     "q_gap",
 }
-LOGGED_OF_GAUSSIANS = {"sigma_mean", "sigma_fused", "fusion_weight_entropy", "clipped_share"}
+LOGGED_OF_GAUSSIANS = {
+    "sigma_mean",
+    "sigma_mean_1",
+    "sigma_mean_2",
+    "sigma_fused",
+    "fusion_weight_entropy",
+    "clipped_share",
+}
 
 CLASSES = [BayesDSAC, DSACT, REDQ]
 all_classes = pytest.mark.parametrize("cls", CLASSES)
@@ -193,7 +200,9 @@ def test_logs_every_diagnostic(make_model: MakeModel, cls: type[SoftActorCritic]
     model = make_model(cls, gradient_steps=4)
     model.learn(60, log_interval=1000)
     logged = model.logger.name_to_value
-    expected = LOGGED | (set() if cls is REDQ else LOGGED_OF_GAUSSIANS)
+    expected = LOGGED | {f"q_mean_{i}" for i in range(1, model.critic.n_critics + 1)}
+    if cls is not REDQ:
+        expected |= LOGGED_OF_GAUSSIANS
     assert {name.removeprefix("train/") for name in logged if "train/" in name} == expected
     assert all(np.isfinite(value) for value in logged.values())
     assert logged["train/q_gap"] > 0.0

@@ -7,7 +7,7 @@ The transcription evaluates every network on its own, layer by layer.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +15,6 @@ import torch as th
 
 from sb3_bayes_dsac import REDQ
 from sb3_bayes_dsac.common.critics import GaussianCritics
-from sb3_bayes_dsac.common.diagnostics import ScalarMeans
 
 MakeModel = Callable[..., Any]
 Fill = Callable[[Any, int], None]
@@ -23,13 +22,6 @@ Weights = dict[str, th.Tensor]
 Returns = list[tuple[th.Tensor, th.Tensor]]
 
 GAMMA, TAU, ALPHA, BATCH = 0.9, 0.1, 0.3, 48
-
-
-class Draw(NamedTuple):
-    """Random numbers that a step used: actions in [-1, 1] before the squashing, log densities."""
-
-    raw_actions: th.Tensor
-    log_prob: th.Tensor
 
 
 def doubles(module: th.nn.Module) -> Weights:
@@ -46,7 +38,7 @@ def perceptron(weights: Weights, i: int, obs: th.Tensor, actions: th.Tensor) -> 
         x = th.relu(
             x @ weights[f"ensemble.{layer}.weight"][i] + weights[f"ensemble.{layer}.bias"][i, 0]
         )
-    return x @ weights["ensemble.4.weight"][i] + weights["ensemble.4.bias"][i, 0]
+    return x @ weights["ensemble.4.weight"][i].T + weights["ensemble.4.bias"][i, :, 0]
 
 
 def critic(weights: Weights, i: int, obs: th.Tensor, actions: th.Tensor) -> Any:
@@ -68,56 +60,50 @@ def fuse(fusion: str, returns: Returns) -> tuple[th.Tensor, th.Tensor]:
     return mean, variance.sqrt()
 
 
-def actor_sample(weights: Weights, obs: th.Tensor, raw: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
+def actor_sample(weights: Weights, obs: th.Tensor, noise: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
     """Actions and log densities as functions of the actor's weights, the noise being fixed."""
     x = obs
     for layer in (0, 2):
         x = th.relu(x @ weights[f"latent_pi.{layer}.weight"].T + weights[f"latent_pi.{layer}.bias"])
     mean = x @ weights["mu.weight"].T + weights["mu.bias"]
     log_std = (x @ weights["log_std.weight"].T + weights["log_std.bias"]).clamp(-20, 2)
-    noise = ((raw - mean) / log_std.exp()).detach()
-    sample = mean + log_std.exp() * noise
-    actions = th.tanh(sample)
-    log_prob = -0.5 * noise**2 - log_std - 0.5 * np.log(2 * np.pi)
+    raw = mean + log_std.exp() * noise
+    actions = th.tanh(raw)
+    # The density at a fixed point: its gradient with respect to the mean goes through the point.
+    log_prob = th.distributions.Normal(mean, log_std.exp()).log_prob(raw)
     return actions, (log_prob - th.log(1 - actions**2 + 1e-6)).sum(dim=1)
 
 
-def record_draws(model: Any, monkeypatch: pytest.MonkeyPatch, *names: str) -> list[Draw]:
-    """Let actors note what they draw, in the order of the draws."""
-    draws: list[Draw] = []
+def record_noise(monkeypatch: pytest.MonkeyPatch) -> list[th.Tensor]:
+    """Let the normal numbers of a step be noted in the order of their draws."""
+    drawn: list[th.Tensor] = []
+    randn_like = th.randn_like
 
-    def spy(actor: Any) -> None:
-        sample = actor.sample
+    def noting(like: th.Tensor) -> th.Tensor:
+        # Twice as wide as normal, so that some of the returns meet the bound of the noise.
+        noise = randn_like(like) * (2.0 if like.dim() == 1 else 1.0)
+        drawn.append(noise.double())
+        return noise
 
-        def noting(features: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
-            actions, log_prob = sample(features)
-            raw = actor.action_dist.gaussian_actions
-            draws.append(Draw(raw.detach().double(), log_prob.detach().double()))
-            return actions, log_prob
-
-        monkeypatch.setattr(actor, "sample", noting)
-
-    for name in names:
-        spy(getattr(model, name))
-    return draws
+    monkeypatch.setattr(th, "randn_like", noting)
+    return drawn
 
 
 def expect(
-    model: Any, draws: list[Draw], batch: Any, noise: th.Tensor, before: dict[str, Weights]
+    model: Any, drawn: list[th.Tensor], batch: Any, before: dict[str, Weights]
 ) -> tuple[Weights, Weights, list[th.Tensor]]:
     """Gradients of critics and actor, and the new mean deviations, by the printed formulas."""
     n = model.critic.n_critics
+    next_noise, noise, new_noise = drawn
     obs, actions = batch.observations.double(), batch.actions.double()
-    next_obs, next_actions = (
-        batch.next_observations.double(),
-        th.tanh(draws[0].raw_actions),
-    )
+    next_obs = batch.next_observations.double()
     reward, done = batch.rewards.double().flatten(), batch.dones.double().flatten()
+    next_actions, next_log_prob = actor_sample(before["actor_target"], next_obs, next_noise)
     target_returns = [critic(before["critic_target"], i, next_obs, next_actions) for i in range(n)]
     q_next, std_next = fuse(model.fusion, target_returns)
-    entropy = -ALPHA * draws[0].log_prob
-    t_q = reward + (1 - done) * GAMMA * (q_next + entropy)
-    t_z = reward + (1 - done) * GAMMA * (q_next + std_next * noise.clamp(-3, 3) + entropy)
+    entropy = -ALPHA * next_log_prob
+    t_q = (reward + (1 - done) * GAMMA * (q_next + entropy)).detach()
+    t_z = t_q + ((1 - done) * GAMMA * std_next * noise.clamp(-3, 3)).detach()
 
     running = []
     surrogate = th.zeros((), dtype=th.float64)
@@ -134,7 +120,7 @@ def expect(
     critic_leaves = before["critic"]
     critic_gradients = th.autograd.grad(surrogate, list(critic_leaves.values()))
 
-    new_actions, log_prob = actor_sample(before["actor"], obs, draws[1].raw_actions)
+    new_actions, log_prob = actor_sample(before["actor"], obs, new_noise)
     returns = [critic(before["critic"], i, obs, new_actions) for i in range(n)]
     if model.detach_fusion_weights:
         returns = [(q, std.detach()) for q, std in returns]
@@ -186,16 +172,14 @@ def test_step_follows_the_formulas(
     model.mean_std.fill_(0.3)
     assert model.replay_buffer is not None
     batch = model.replay_buffer.sample(BATCH)
-    noise = 2 * th.randn(BATCH)
     names = ("actor", "actor_target", "critic", "critic_target")
     before = {name: doubles(getattr(model, name)) for name in names}
-    draws = record_draws(model, monkeypatch, "actor_target", "actor")
+    drawn = record_noise(monkeypatch)
     monkeypatch.setattr(model.replay_buffer, "sample", lambda *_, **__: batch)
-    monkeypatch.setattr(th, "randn_like", lambda _: noise)
 
     model.train(1, BATCH)
 
-    critic_gradients, actor_gradients, running = expect(model, draws, batch, noise.double(), before)
+    critic_gradients, actor_gradients, running = expect(model, drawn, batch, before)
     for name, gradients in (("critic", critic_gradients), ("actor", actor_gradients)):
         assert_descended(before[name], getattr(model, name), gradients)
         for key, weight in getattr(model, name).named_parameters():
@@ -228,7 +212,7 @@ def test_step_of_redq_follows_the_formulas(
             th.nn.init.normal_(weight, std=0.4)
     batch = model.replay_buffer.sample(BATCH)
     before = {name: doubles(getattr(model, name)) for name in ("actor", "critic", "critic_target")}
-    draws = record_draws(model, monkeypatch, "actor")
+    drawn = record_noise(monkeypatch)
     subset = th.randperm(n_critics)
     monkeypatch.setattr(model.replay_buffer, "sample", lambda *_, **__: batch)
     monkeypatch.setattr(th, "randperm", lambda *_, **__: subset)
@@ -236,21 +220,22 @@ def test_step_of_redq_follows_the_formulas(
     model.train(1, BATCH)
 
     obs, actions = batch.observations.double(), batch.actions.double()
-    next_obs, next_actions = batch.next_observations.double(), th.tanh(draws[0].raw_actions)
+    next_obs = batch.next_observations.double()
+    next_actions, next_log_prob = actor_sample(before["actor"], next_obs, drawn[0])
     lowest = th.stack(
         [
             perceptron(before["critic_target"], int(i), next_obs, next_actions)[:, 0]
             for i in subset[:subset_size]
         ]
     ).amin(dim=0)
-    soft_value = lowest - ALPHA * draws[0].log_prob
+    soft_value = lowest - ALPHA * next_log_prob
     y = batch.rewards.double().flatten() + (1 - batch.dones.double().flatten()) * GAMMA * soft_value
     errors = [
         (perceptron(before["critic"], i, obs, actions)[:, 0] - y.detach()) ** 2
         for i in range(n_critics)
     ]
     loss = th.stack([error.mean() for error in errors]).sum()
-    new_actions, log_prob = actor_sample(before["actor"], obs, draws[1].raw_actions)
+    new_actions, log_prob = actor_sample(before["actor"], obs, drawn[1])
     returns = [perceptron(before["critic"], i, obs, new_actions)[:, 0] for i in range(n_critics)]
     actor_loss = (ALPHA * log_prob - th.stack(returns).mean(dim=0)).mean()
     for name, value in (("critic", loss), ("actor", actor_loss)):
@@ -312,4 +297,4 @@ def test_n_step_discounts_are_respected(
         value = model.fuse(*model.critic_target(batch.next_observations, actions)).mean
     expected = batch.rewards.flatten() + ((1 - batch.dones) * batch.discounts).flatten() * value
     th.manual_seed(0)
-    th.testing.assert_close(model._target(batch, ScalarMeans()).mean, expected)
+    th.testing.assert_close(model._target(batch)[1].mean, expected)

@@ -7,7 +7,8 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import FlattenExtractor
 from torch import nn
 
-from sb3_bayes_dsac.common.critics import EnsembleLinear, GaussianCritics
+from sb3_bayes_dsac.common.critics import GaussianCritics
+from sb3_bayes_dsac.common.ensemble import EnsembleHeads, EnsembleLinear
 from sb3_bayes_dsac.errors import ArgumentError
 
 OBS = spaces.Box(-1, 1, (5,))
@@ -28,10 +29,13 @@ def one_by_one(critics: GaussianCritics, i: int) -> nn.Sequential:
         if f"{k}.weight" not in state:
             layers.append(module)
             continue
-        weight, bias = state[f"{k}.weight"][i], state[f"{k}.bias"][i, 0]
+        weight, bias = state[f"{k}.weight"][i], state[f"{k}.bias"][i].flatten()
         if isinstance(module, EnsembleLinear):
             layer: nn.Module = nn.Linear(*weight.shape)
             layer.load_state_dict({"weight": weight.T, "bias": bias})
+        elif isinstance(module, EnsembleHeads):
+            layer = nn.Linear(*weight.T.shape)
+            layer.load_state_dict({"weight": weight, "bias": bias})
         else:
             layer = nn.LayerNorm(len(bias))
             layer.load_state_dict({"weight": weight[0], "bias": bias})
@@ -55,9 +59,10 @@ def test_batched_critics_equal_separate_networks(n_critics: int, layer_norm: boo
         th.testing.assert_close(stds[i], nn.functional.softplus(head[:, 1]))
 
 
-def test_weights_start_as_torch_draws_them() -> None:
+@pytest.mark.parametrize("layer", [EnsembleLinear, EnsembleHeads])
+def test_weights_start_as_torch_draws_them(layer: type[EnsembleLinear | EnsembleHeads]) -> None:
     th.manual_seed(0)
-    ours = EnsembleLinear(4, 100, 200)
+    ours = layer(4, 100, 200)
     theirs = nn.Linear(100, 200)
     quantiles = np.linspace(0.0, 1.0, 11)
     for a, b in ((ours.weight, theirs.weight), (ours.bias, theirs.bias)):
@@ -81,6 +86,21 @@ def test_frozen_critics_pass_the_gradient_to_actions_alone() -> None:
         gradients.append(actions.grad)
         assert all((weight.grad is None) == frozen for weight in critics.parameters())
     th.testing.assert_close(*gradients)
+
+
+@pytest.mark.parametrize("out_features", [1, 2, 3])
+def test_gradients_of_heads_are_those_of_the_product(out_features: int) -> None:
+    th.manual_seed(0)
+    heads = EnsembleHeads(3, 5, out_features).double()
+    x = th.randn(3, 4, 5, dtype=th.float64, requires_grad=True)
+    plain = (heads.weight @ x.transpose(1, 2)) + heads.bias
+    th.testing.assert_close(heads(x), plain)
+    weights = th.randn_like(plain)
+    leaves = (x, heads.weight, heads.bias)
+    ours = th.autograd.grad((heads(x) * weights).sum(), leaves)
+    theirs = th.autograd.grad((plain * weights).sum(), leaves)
+    for a, b in zip(ours, theirs, strict=True):
+        th.testing.assert_close(a, b)
 
 
 @pytest.mark.parametrize("n_critics", [0, -1])

@@ -54,13 +54,14 @@ def model_of(cls: type[Any], env: Any = None, **kwargs: Any) -> Any:
 
 def predict_always(model: Any, value: float) -> None:
     """Let all of a model's critics say one mean, whatever they see."""
-    for name, weight in model.critic.named_parameters():
+    for weight in model.critic.parameters():
         weight.data.zero_()
-        # Output layers come last; only their biases remain, raw deviations stay 0.
-        if name.endswith("bias") and weight.shape[-1] in (1, 2, 25):
-            weight.data[..., 0] = value
-            if weight.shape[-1] == 25:
-                weight.data[:] = value
+    if hasattr(model.critic, "ensemble"):
+        # The first head is the mean; the raw deviation stays 0.
+        model.critic.ensemble[-1].bias.data[:, 0] = value
+    else:
+        for network in model.critic.q_networks:
+            network[-1].bias.data.fill_(value)
 
 
 @pytest.mark.parametrize("cls", [BayesDSAC, DSACT, REDQ, SAC, TQC, TD3])
