@@ -6,7 +6,7 @@ from horf_env.control.command import Command, Sensed
 from horf_env.control.presets import ControlPreset
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.tick import ControlTick
-from horf_env.robot import LimitsProfile
+from horf_env.robot import LimitsProfile, RobotState
 from horf_env.sdf import RobotSdf, Witnesses
 from horf_env.types import FloatArray
 
@@ -40,11 +40,16 @@ class SdfQpLayer:
             position_error=sensed.position_error,
             obstacles=self._obstacles(sensed),
             floor=self._sdf.floor_witnesses(state),
-            own_base=self._sdf.own_base_witnesses(state, cutoff=_OWN_BASE_CUTOFF),
+            own_base=self._own_base(state),
             unseen=sensed.unseen,
             limits=self._limits,
             dt=self._dt,
         )
+
+    def _own_base(self, state: RobotState) -> Witnesses:
+        if not self._preset.avoid_own_base:
+            return self._sdf.no_witnesses(state)
+        return self._sdf.own_base_witnesses(state, cutoff=_OWN_BASE_CUTOFF)
 
     def _whole_body_qp(self) -> WholeBodyQp:
         return self._preset.whole_body_qp()

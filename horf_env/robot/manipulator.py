@@ -10,13 +10,15 @@ import pinocchio as pin
 from horf_env.robot.bodies import BODIES
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
+from horf_env.robot.jacobians import shifted_jacobians
 from horf_env.robot.vectors import cross
 from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
 
 _EE_FRAME = "hand_tcp"
 
-# Which velocities move which body: the base has two, each further link one more; shape (9, 9).
-_MOVES = np.tri(len(BODIES), N_VELOCITIES, k=1)
+# Which velocities move which body: the base has two, each further link one more; all of them move
+# the end effector, the last row; shape (10, 9).
+_MOVES = np.tri(len(BODIES) + 1, N_VELOCITIES, k=1)
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,7 @@ class MobileManipulator:
         """
         self._model = pin.buildModelFromXML(urdf)
         self._data = self._model.createData()
-        self._body_ids = [self._model.getFrameId(name) for name in self.link_names]
-        self._ee_id = self._model.getFrameId(_EE_FRAME)
+        self._frame_ids = [self._model.getFrameId(name) for name in (*self.link_names, _EE_FRAME)]
 
     @classmethod
     def load(cls) -> MobileManipulator:
@@ -84,15 +85,14 @@ class MobileManipulator:
         q.setflags(write=False)
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        poses = np.array([self._data.oMf[k].homogeneous for k in self._body_ids])
-        T_ee = self._data.oMf[self._ee_id].homogeneous
+        frames = np.array([self._data.oMf[k].homogeneous for k in self._frame_ids])
         # Columns of data.J are (linear; angular) velocities at the origin of the world.
-        J_world = self._data.J @ velocity_map(q[2])
-        R_base = poses[0, :3, :3]
-        J_ee = _shift(J_world, T_ee[None, :3, 3])[0]
-        ee_jacobian = np.vstack([R_base.T @ J_ee[:3], R_base.T @ J_ee[3:]])
-        jacobians = _shift(J_world, poses[:, :3, 3]) * _MOVES[:, None, :]
-        return RobotState(q, poses, jacobians, poses[0], T_ee, ee_jacobian)
+        jacobians = shifted_jacobians(
+            self._data.J, velocity_map(q[2]), _MOVES, np.ascontiguousarray(frames[:, :3, 3])
+        )
+        R_base = frames[0, :3, :3]
+        ee_jacobian = (R_base.T @ jacobians[-1].reshape(2, 3, -1)).reshape(6, -1)
+        return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], ee_jacobian)
 
     def link_poses(self, configuration: FloatArray) -> FloatArray:
         """Poses T_world_body of the nine bodies, shape (9, 4, 4)."""

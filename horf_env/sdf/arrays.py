@@ -6,7 +6,6 @@ arrays with several rows. Inside, functions pass bundles on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -76,8 +75,7 @@ class Work(NamedTuple):
     heights: FloatArray
 
 
-@dataclass(frozen=True)
-class WorkSpace:
+class WorkSpace(NamedTuple):
     """Memory behind `Work`, used again by the next query.
 
     Attributes:
@@ -94,18 +92,18 @@ class WorkSpace:
     listed: IntArray
     heights: FloatArray
 
-    @classmethod
-    def for_points(cls, n_points: int, n_faces: int) -> WorkSpace:
-        """Memory for clouds of up to `n_points` points, rounded up to whole chunks."""
-        n_chunks = -(-n_points // CHUNK)
-        size = n_chunks * CHUNK
-        return cls(
-            single=np.zeros((5, size), dtype=np.float32),
-            minima=np.empty((2, n_chunks), dtype=np.float32),
-            double=np.empty((4, size)),
-            listed=np.empty(size, dtype=np.int64),
-            heights=np.empty(n_faces),
-        )
+
+def work_space(n_points: int, n_faces: int) -> WorkSpace:
+    """Memory for clouds of up to `n_points` points, rounded up to whole chunks."""
+    n_chunks = -(-n_points // CHUNK)
+    size = n_chunks * CHUNK
+    return WorkSpace(
+        single=np.zeros((5, size), dtype=np.float32),
+        minima=np.empty((2, n_chunks), dtype=np.float32),
+        double=np.empty((4, size)),
+        listed=np.empty(size, dtype=np.int64),
+        heights=np.empty(n_faces),
+    )
 
 
 @njit(cache=True)

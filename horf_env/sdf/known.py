@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from horf_env.sdf.arrays import Shape
+from horf_env.sdf.arrays import Shape, work_of
 from horf_env.sdf.bodies import body_distance, to_body
 from horf_env.sdf.kernel import chain_rule
+from horf_env.sdf.scan import SCAN_ERROR, box_distances, chunk_minima, load
+from horf_env.sdf.shortlist import shortlist
 from horf_env.sdf.witnesses import DISTANCE, NORMAL, PLACE
 from horf_env.types import FloatArray, IntArray
 
@@ -52,30 +54,49 @@ def find_lowest(
 @njit(cache=True)
 def mark_within(
     shape: Shape,
+    single: np.ndarray,
+    minima: np.ndarray,
+    double: FloatArray,
+    listed: IntArray,
     heights: FloatArray,
     points: FloatArray,
     poses: FloatArray,
     first_body: int,
     tolerance: float,
     inside: np.ndarray,
-) -> None:
-    """Mark the points that are nearer than the tolerance [m] to a body from the first one on."""
-    for i in range(len(points)):
-        inside[i] = False
-        for b in range(first_body, len(poses)):
-            x, y, z = to_body(poses[b], points, i)
-            if _is_beyond(shape.boxes, b, x, y, z, tolerance):
-                continue
-            if body_distance(shape, heights, b, x, y, z)[0] < tolerance:
-                inside[i] = True
-                break
+) -> bool:
+    """Mark the points that are nearer than the tolerance to a body from the first one on.
 
+    Args:
+        shape: The bodies.
+        single: See `WorkSpace`, for at least N points.
+        minima: See `WorkSpace`.
+        double: See `WorkSpace`.
+        listed: See `WorkSpace`.
+        heights: See `WorkSpace`.
+        points: Cloud in the world, shape (N, 3), m.
+        poses: T_world_body, shape (B, 4, 4).
+        first_body: Bodies before this one are passed over.
+        tolerance: In m.
+        inside: Read and written, shape (N,); False at first.
 
-@njit(cache=True)
-def _is_beyond(boxes: FloatArray, b: int, x: float, y: float, z: float, tolerance: float) -> bool:
-    """Whether a point is farther from the box of a body than the tolerance along some axis."""
-    return (
-        max(boxes[b, 0, 0] - x, x - boxes[b, 1, 0]) > tolerance
-        or max(boxes[b, 0, 1] - y, y - boxes[b, 1, 1]) > tolerance
-        or max(boxes[b, 0, 2] - z, z - boxes[b, 1, 2]) > tolerance
-    )
+    Returns:
+        False if a coordinate is not finite; nothing is marked then.
+    """
+    n = len(points)
+    work = work_of(n, single, minima, double, listed, heights)
+    origin, near = poses[0, :3, 3].copy(), np.empty((4, 4))
+    if not load(points, origin, work.cloud):
+        return False
+    for b in range(first_body, len(poses)):
+        near[:] = poses[b]
+        near[:3, 3] -= origin
+        reach = tolerance + SCAN_ERROR
+        box_distances(work.cloud, n, near, shape.boxes[b], reach, work.squared)
+        chunk_minima(work.squared.view(np.int32), work.squared_minima.view(np.int32))
+        found = shortlist(work.squared, work.squared_minima, reach * reach, work.listed)
+        for i in work.listed[:found]:
+            if not inside[i]:
+                x, y, z = to_body(poses[b], points, i)
+                inside[i] = body_distance(shape, work.heights, b, x, y, z)[0] < tolerance
+    return True

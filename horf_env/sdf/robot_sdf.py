@@ -9,7 +9,7 @@ import trimesh
 
 from horf_env.errors import UnknownNameError
 from horf_env.robot import MobileManipulator, RobotState, collision_parts
-from horf_env.sdf.arrays import WorkSpace, shape_of
+from horf_env.sdf.arrays import shape_of, work_space
 from horf_env.sdf.bodies import body_distances
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.fields import Fields
@@ -35,7 +35,7 @@ class RobotSdf:
         self._robot = robot
         self._geometry = geometry
         self._shape = shape_of(geometry, fields)
-        self._reserve(_FIRST_CLOUD)
+        self._work = work_space(_FIRST_CLOUD, len(geometry.faces))
         self._base_surface = _surface_points(geometry, _BASE_SAMPLING)
 
     @classmethod
@@ -122,20 +122,13 @@ class RobotSdf:
         Raises:
             ValueError: If the points are not finite or of another shape.
         """
-        points = _cloud(points)
-        if len(points) > len(self._work.listed):
-            self._reserve(2 * len(points))
+        points = self._cloud(points)
         if velocity is None:
             velocity = np.zeros(state.body_jacobians.shape[2])
         numbers, indices = self._empty_table(state, count)
-        work = self._work
         if len(points) and not find_witnesses(
             self._shape,
-            work.single,
-            work.minima,
-            work.double,
-            work.listed,
-            work.heights,
+            *self._work,
             points,
             state.link_poses,
             state.body_jacobians,
@@ -167,6 +160,10 @@ class RobotSdf:
         )
         return Witnesses.from_table(numbers, indices)
 
+    def no_witnesses(self, state: RobotState) -> Witnesses:
+        """An answer without any point, one place a body."""
+        return Witnesses.from_table(*self._empty_table(state, 1))
+
     def own_base_witnesses(self, state: RobotState, *, cutoff: float) -> Witnesses:
         """Nearest point of the robot's own base for each body of the arm, one point a body.
 
@@ -196,22 +193,26 @@ class RobotSdf:
         Returns:
             Mask, shape (N,).
         """
-        points = _checked(points)
-        inside = np.empty(len(points), dtype=np.bool_)
-        mark_within(
+        points = self._cloud(points)
+        inside = np.zeros(len(points), dtype=np.bool_)
+        if len(points) and not mark_within(
             self._shape,
-            self._work.heights,
+            *self._work,
             points,
             state.link_poses,
             _FIRST_ARM_BODY,
             tolerance,
             inside,
-        )
+        ):
+            raise ValueError(_NOT_FINITE)
         return inside
 
-    def _reserve(self, n_points: int) -> None:
-        """Get work space for clouds of up to so many points."""
-        self._work = WorkSpace.for_points(n_points, len(self._geometry.faces))
+    def _cloud(self, points: FloatArray) -> FloatArray:
+        """The points as the kernels want them, with work space for as many."""
+        points = _cloud(points)
+        if len(points) > len(self._work.listed):
+            self._work = work_space(2 * len(points), len(self._geometry.faces))
+        return points
 
     def _empty_table(self, state: RobotState, count: int) -> tuple[FloatArray, IntArray]:
         n_bodies, _, n_velocities = state.body_jacobians.shape

@@ -38,11 +38,13 @@ class MoveResult:
         configuration: Where the robot is now, shape (10,), m and rad.
         velocity: How fast it moves now, shape (9,), m/s and rad/s.
         clearance: The least clearance at any check, start and end included.
+        final: The clearance where the robot is now.
     """
 
     configuration: FloatArray
     velocity: FloatArray
     clearance: Clearance
+    final: Clearance
 
     @property
     def contact(self) -> tuple[str, str] | None:
@@ -50,24 +52,29 @@ class MoveResult:
         return self.clearance.bodies if self.clearance.is_contact else None
 
 
-Move = Callable[[RobotBody, ClearanceChecker, FloatArray, float], MoveResult]
+Move = Callable[[RobotBody, ClearanceChecker, Clearance, FloatArray, float], MoveResult]
 
 
 def move_kinematic(
-    robot: RobotBody, checker: ClearanceChecker, velocity: FloatArray, duration: float
+    robot: RobotBody,
+    checker: ClearanceChecker,
+    before: Clearance,
+    velocity: FloatArray,
+    duration: float,
 ) -> MoveResult:
     """Follow the velocity exactly: the base on its circular arc, the joints up to their limits.
 
     Args:
         robot: The robot at the start of the motion.
         checker: Tells its clearance.
+        before: Its clearance at the start.
         velocity: Shape (9,), m/s and rad/s.
         duration: In s.
     """
     start, _ = robot.state()
     robot.set_state(start, velocity)
     motion = robot.motion()
-    least = clearance = checker.check(motion.centres)
+    least = clearance = before
     configuration, elapsed = start, 0.0
     while elapsed < duration and not least.is_contact:
         elapsed = min(elapsed + _travel(clearance) / max(motion.speed, _STANDING), duration)
@@ -76,11 +83,15 @@ def move_kinematic(
         motion = robot.motion()
         clearance = checker.check(motion.centres)
         least = _nearer(least, clearance)
-    return MoveResult(configuration, velocity.copy(), least)
+    return MoveResult(configuration, velocity.copy(), least, clearance)
 
 
 def move_dynamic(
-    robot: RobotBody, checker: ClearanceChecker, velocity: FloatArray, duration: float
+    robot: RobotBody,
+    checker: ClearanceChecker,
+    before: Clearance,
+    velocity: FloatArray,
+    duration: float,
 ) -> MoveResult:
     """Let velocity motors with limited forces follow the velocity in the physics engine.
 
@@ -90,12 +101,13 @@ def move_dynamic(
     Args:
         robot: The robot at the start of the motion.
         checker: Tells its clearance.
+        before: Its clearance at the start.
         velocity: Shape (9,), m/s and rad/s.
         duration: In s.
     """
     steps = ceil(duration / _PHYSICS_STEP - 1e-9)
     pybullet.setTimeStep(duration / steps, physicsClientId=robot.client)
-    least = clearance = checker.check(robot.motion().centres)
+    least = clearance = before
     travelled = 0.0
     for k in range(steps):
         if least.is_contact:
@@ -108,7 +120,7 @@ def move_dynamic(
         if travelled >= _travel(clearance) - MIN_TRAVEL or k == steps - 1:
             clearance, travelled = checker.check(motion.centres), 0.0
             least = _nearer(least, clearance)
-    return MoveResult(*robot.state(), least)
+    return MoveResult(*robot.state(), least, clearance)
 
 
 def _travel(clearance: Clearance) -> float:

@@ -61,6 +61,7 @@ class PyBulletWorld:
         self._file = RobotFile()
         self._client = connect()
         self._contents: _Contents | None = None
+        self._clearance: Clearance | None = None  # where the robot is now, once it is known
         self._renderer: SceneRenderer | None = None
         self._open = True
 
@@ -98,6 +99,7 @@ class PyBulletWorld:
             WorldNotReadyError: If there is no scene.
         """
         self._ready.robot.set_state(state.configuration, state.velocity)
+        self._clearance = None
 
     @property
     def clearance(self) -> Clearance:
@@ -107,7 +109,9 @@ class PyBulletWorld:
             WorldNotReadyError: If there is no scene.
         """
         contents = self._ready
-        return contents.checker.check(contents.robot.motion().centres)
+        if self._clearance is None:
+            self._clearance = contents.checker.check(contents.robot.motion().centres)
+        return self._clearance
 
     def move(self, velocity: FloatArray, duration: float) -> MoveResult:
         """Move the robot from where it is, until the first contact at the latest.
@@ -122,7 +126,11 @@ class PyBulletWorld:
             WorldNotReadyError: If there is no scene.
         """
         contents = self._ready
-        return self._move(contents.robot, contents.checker, velocity, duration)
+        moved = self._move(
+            contents.robot, contents.checker, self.clearance, velocity, duration
+        )
+        self._clearance = moved.final
+        return moved
 
     def render_rgb(
         self, *, width: int = 640, height: int = 480, viewpoint: Viewpoint | None = None
