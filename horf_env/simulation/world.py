@@ -126,9 +126,7 @@ class PyBulletWorld:
             WorldNotReadyError: If there is no scene.
         """
         contents = self._ready
-        moved = self._move(
-            contents.robot, contents.checker, self.clearance, velocity, duration
-        )
+        moved = self._move(contents.robot, contents.checker, self.clearance, velocity, duration)
         self._clearance = moved.final
         return moved
 
