@@ -13,6 +13,7 @@ from typing import Any
 from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
 from torch.utils.tensorboard import SummaryWriter
 
+from .atomic_files import StorageError
 from .episodes import Trial
 from .metrics import EVALUATIONS, METRICS, PartWriter
 from .run_state import Times
@@ -32,12 +33,16 @@ class Clock:
     def __init__(self, before: Times) -> None:
         self._times, self._last = before, time.perf_counter()
 
-    def read(self) -> Times:
-        """Until now."""
+    def read(self, environment: float = 0.0) -> Times:
+        """Until now.
+
+        Args:
+            environment: Seconds of environments that were not added yet.
+        """
         now = time.perf_counter()
         self._times = replace(self._times, total=self._times.total + now - self._last)
         self._last = now
-        return self._times
+        return replace(self._times, environment=self._times.environment + environment)
 
     def add(self, name: str, seconds: float) -> None:
         """Count seconds as those of one of the parts of `Times`."""
@@ -76,7 +81,7 @@ class RunLog(KVWriter):
         self._clock = clock
         self.metrics = PartWriter(folder.path / METRICS, parts[0])
         self.evaluations = PartWriter(folder.path / EVALUATIONS, parts[1])
-        self.logger = Logger(str(folder.path), [self, _tensorboard(folder.tensorboard, step)])
+        self.logger = Logger(str(folder.path), [self, _TensorBoard(folder.tensorboard, step)])
 
     def write(
         self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
@@ -142,9 +147,33 @@ class RunLog(KVWriter):
         self.logger.name_to_excluded.update(pending[2])
 
 
-def _tensorboard(folder: Path, step: int) -> TensorBoardOutputFormat:
-    output = TensorBoardOutputFormat(str(folder))
-    if step:
-        output.writer.close()
-        output.writer = SummaryWriter(str(folder), purge_step=step + 1)
-    return output
+class _TensorBoard(TensorBoardOutputFormat):
+    """TensorBoard's events; says which folder cannot be written to.
+
+    Args:
+        folder: Of the events.
+        step: Events of later steps are taken back: they belong to what a killed run lost.
+    """
+
+    def __init__(self, folder: Path, step: int) -> None:
+        super().__init__(str(folder))
+        self._folder = folder
+        if step:
+            self.writer.close()
+            self.writer = SummaryWriter(str(folder), purge_step=step + 1)
+
+    def write(
+        self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
+    ) -> None:
+        """Write values."""
+        try:
+            super().write(key_values, key_excluded, step)
+        except OSError as error:
+            raise StorageError(self._folder, error) from error
+
+    def close(self) -> None:
+        """Write what waits."""
+        try:
+            super().close()
+        except OSError as error:
+            raise StorageError(self._folder, error) from error

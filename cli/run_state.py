@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,33 @@ class Times:
     evaluation: float = 0.0
     storage: float = 0.0
 
+    def named(self) -> dict[str, float]:
+        """Seconds by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What the evaluations of a run have brought.
+
+    Attributes:
+        next_evaluation: Step of the next one.
+        score: Success rate and return of the best one.
+        policy: Its policy, as the content of a file; None before the first.
+    """
+
+    next_evaluation: int
+    score: tuple[float, float] = (-1.0, -np.inf)
+    policy: bytes | None = None
+
+    def after(
+        self, score: tuple[float, float], policy: Callable[[], bytes], next_evaluation: int
+    ) -> Standing:
+        """With one more evaluation, whose policy is asked for only if it is the best."""
+        if score > self.score:
+            return Standing(next_evaluation, score, policy())
+        return replace(self, next_evaluation=next_evaluation)
+
 
 @dataclass(frozen=True)
 class RunState:
@@ -72,8 +100,7 @@ class RunState:
         episodes: Of the training environments.
         pending: Values that the logger has not written yet (its three dictionaries).
         times: Until now.
-        next_evaluation: Step of it.
-        best: Success rate and return of the best evaluation.
+        standing: Of the evaluations.
         metrics_parts: Parts of metrics that count.
         evaluation_parts: The same of evaluations.
     """
@@ -82,7 +109,6 @@ class RunState:
     episodes: list[EpisodeState]
     pending: tuple[dict[str, Any], dict[str, int], dict[str, Any]]
     times: Times
-    next_evaluation: int
-    best: tuple[float, float]
+    standing: Standing
     metrics_parts: int
     evaluation_parts: int

@@ -30,13 +30,15 @@ class Resumption(BaseModel):
     """That a run was continued.
 
     Attributes:
-        step: From which step on.
-        time: When.
+        status: What it was until then; "running" after a SIGKILL.
+        steps: Environment steps done until then; None if nobody could note them.
+        time: When it was continued.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    step: int
+    status: Status
+    steps: int | None
     time: datetime = Field(default_factory=_now)
 
 
@@ -173,6 +175,18 @@ class RunFolder:
         """
         text = manifest.model_dump_json(indent=2)
         write_atomically(self.manifest, lambda file: file.write(text.encode()))
+
+    def resume(self) -> None:
+        """Note in the manifest that the run goes on.
+
+        Raises:
+            StorageError: If that cannot be written.
+        """
+        manifest = self.read()
+        steps = manifest.steps_done if manifest.status == "interrupted" else None
+        resumed = [*manifest.resumed, Resumption(status=manifest.status, steps=steps)]
+        update = {"resumed": resumed, "status": "running", "ended": None, "error": ""}
+        self.write(manifest.model_copy(update=update))
 
     def finish(self, status: Status, steps_done: int, error: str = "") -> None:
         """Note in the manifest how the run ended."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -150,13 +151,18 @@ def training_envs(config: TrainConfig) -> TimedEnvs:
         UnknownNameError: If a name in the settings is not valid.
         SceneFileError: If the scene file cannot be used.
     """
-    makers = [partial(_make, config.env)] * config.n_envs
+    if config.n_envs == 1:
+        return TimedEnvs(DummyVecEnv([partial(_make, config.env)]))
     # Spawned and not forked: a forked copy of PyBullet or torch may hang.
-    many = config.n_envs > 1
-    return TimedEnvs(
-        SubprocVecEnv(makers, start_method="spawn") if many else DummyVecEnv(makers)  # type: ignore[arg-type]
-    )
+    makers: list[Callable[[], Env]] = [partial(_make_in_child, config.env)] * config.n_envs
+    return TimedEnvs(SubprocVecEnv(makers, start_method="spawn"))
 
 
 def _make(settings: EnvSettings) -> Env:
-    return RepeatableEpisode(Monitor(make_env(settings), info_keywords=()))
+    return RepeatableEpisode(Monitor(make_env(settings)))
+
+
+def _make_in_child(settings: EnvSettings) -> Env:
+    # Ctrl-C in a terminal reaches all processes; the parent ends this one after a checkpoint.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return _make(settings)
