@@ -42,6 +42,22 @@ class MissingAssetError(HorfEnvError, FileNotFoundError):
         super().__init__(f"missing {path}: {cure}")
 
 
+class GeometryError(HorfEnvError, ValueError):
+    """Geometry of a robot that no distance can be measured to.
+
+    Attributes:
+        link: Link that it belongs to.
+    """
+
+    def __init__(self, link: str, problem: str) -> None:
+        self.link = link
+        super().__init__(f"link {link!r}: {problem}")
+
+
+class ConfigurationError(HorfEnvError, ValueError):
+    """A configuration of the wrong shape, not finite, or outside the joint limits."""
+
+
 class SceneFileError(HorfEnvError, ValueError):
     """A scene file that cannot be used.
 

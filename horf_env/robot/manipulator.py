@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from horf_env.robot.bodies import BODIES
+from horf_env.robot.bodies import BODIES, collision_parts, visual_parts
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
 from horf_env.robot.jacobians import shifted_jacobians
+from horf_env.robot.parts import Elements, Part
 from horf_env.robot.vectors import cross
 from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
 
@@ -93,6 +94,10 @@ class MobileManipulator:
         R_base = frames[0, :3, :3]
         ee_jacobian = (R_base.T @ jacobians[-1].reshape(2, 3, -1)).reshape(6, -1)
         return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], ee_jacobian)
+
+    def parts(self, elements: Elements) -> tuple[tuple[Part, ...], ...]:
+        """Parts of the nine bodies, "collision" (convex hulls) or "visual"."""
+        return collision_parts() if elements == "collision" else visual_parts()
 
     def link_poses(self, configuration: FloatArray) -> FloatArray:
         """Poses T_world_body of the nine bodies, shape (9, 4, 4)."""

@@ -1,4 +1,4 @@
-"""Distance of a point to a body: a union of convex parts, compiled."""
+"""Distance of a point to a body: a union of parts, compiled."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numba import njit
 
 from horf_env.sdf.arrays import Shape
 from horf_env.sdf.fields import bounds
+from horf_env.sdf.hermite import field_distance
 from horf_env.sdf.polytope import outside_distance, polytope_distance
 from horf_env.types import FloatArray
 
@@ -26,16 +27,19 @@ def to_body(pose: FloatArray, points: FloatArray, i: int) -> tuple[float, float,
 def part_distance(
     shape: Shape, heights: FloatArray, part: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:
-    """Exact distance of a point to a part, and its gradient in the frame of the body.
+    """Distance of a point to a part, and its gradient in the frame of the body.
 
-    A point that is outside by the fields is not measured against all face planes.
+    Exact for a convex part, for any other as exact as its field. A point that is outside by the
+    fields is not measured against all face planes.
     """
+    start, stop = shape.part_start[part], shape.part_start[part + 1]
+    if start == stop:
+        return field_distance(shape.nodes, shape.frames, shape.part_boxes, part, x, y, z)
     low, _, row = bounds(shape.nodes, shape.frames, part, x, y, z)
     if low > 0.0:
         face = shape.near_faces[row]
         d, gx, gy, gz, _ = outside_distance(shape.faces, shape.links, face, x, y, z)
     else:
-        start, stop = shape.part_start[part], shape.part_start[part + 1]
         d, gx, gy, gz, _ = polytope_distance(
             shape.planes, shape.faces, shape.links, heights, start, stop, x, y, z
         )
@@ -46,7 +50,7 @@ def part_distance(
 def body_distance(
     shape: Shape, heights: FloatArray, body: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:
-    """Exact distance of a point to a body, and its gradient in the frame of the body.
+    """Distance of a point to a body, and its gradient in the frame of the body.
 
     Inside, it is the distance to the surface of the part in which the point is deepest.
     """

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 from scipy.spatial import cKDTree
 
 from horf_env.robot import (
     ARM_READY,
-    ConvexPart,
     MobileManipulator,
     RobotState,
     collision_parts,
 )
 from horf_env.sdf.gradient import distance_gradient
+from horf_env.sdf.surface import surface_points
 from horf_env.sdf.witnesses import Witnesses
 from horf_env.types import FloatArray, IntArray
 
@@ -44,7 +43,7 @@ class BodySamples:
             robot: Kinematics that place the bodies.
             count: Points on the whole robot; 40 in the paper, which does not say where.
         """
-        pools = [_surface(parts) for parts in collision_parts()]
+        pools = [surface_points(parts, _POOL_SPACING) for parts in collision_parts()]
         poses = robot.link_poses(np.concatenate([np.zeros(3), ARM_READY]))
         world = [pool @ T[:3, :3].T + T[:3, 3] for pool, T in zip(pools, poses, strict=True)]
         body = np.repeat(np.arange(len(pools)), [len(pool) for pool in pools])
@@ -80,15 +79,6 @@ class BodySamples:
         point, normal = (np.take_along_axis(a, order[..., None], axis=1) for a in (point, normal))
         gradient = distance_gradient(state, np.arange(shape[0]), point, normal)
         return Witnesses(distance, normal, gradient, point, index)
-
-
-def _surface(parts: tuple[ConvexPart, ...]) -> FloatArray:
-    """Points on the surface of a body, shape (N, 3), frame of the body."""
-    pieces = [
-        trimesh.remesh.subdivide_to_size(part.vertices, part.faces, max_edge=_POOL_SPACING)[0]
-        for part in parts
-    ]
-    return np.unique(np.round(np.concatenate(pieces), 6), axis=0)
 
 
 def _farthest_points(points: FloatArray, seeds: IntArray, count: int) -> IntArray:

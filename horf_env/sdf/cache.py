@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
-from horf_env.sdf.fields import PADDINGS, RESOLUTION, Fields, build_fields
+from horf_env.sdf.fields import CONVEX, MESH, Fields, build_fields, grid_frames, row_count
 from horf_env.sdf.geometry import BodyGeometry
+from horf_env.types import FloatArray
 
 _LOG = logging.getLogger(__name__)
-_FORMAT = 2  # raise when the meaning of the stored arrays changes
+_FORMAT = 3  # raise when the meaning of the stored arrays changes
 
 
 def cached_fields(geometry: BodyGeometry, folder: Path | None = None) -> Fields:
@@ -33,7 +34,7 @@ def cached_fields(geometry: BodyGeometry, folder: Path | None = None) -> Fields:
     path = folder / f"{_digest(geometry)}.npz"
     if path.exists():
         try:
-            return _read(path, n_parts=len(geometry.part_start) - 1)
+            return _read(path, grid_frames(geometry))
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             _LOG.warning("distance fields in %s are unusable (%s): building them anew", path, error)
     fields = build_fields(geometry)
@@ -45,18 +46,26 @@ def cached_fields(geometry: BodyGeometry, folder: Path | None = None) -> Fields:
 
 
 def _digest(geometry: BodyGeometry) -> str:
-    digest = hashlib.sha256(f"{_FORMAT} {RESOLUTION} {PADDINGS}".encode())
+    digest = hashlib.sha256(f"{_FORMAT} {CONVEX} {MESH}".encode())
     digest.update(geometry.faces.tobytes())
     digest.update(geometry.part_start.tobytes())
+    for mesh in geometry.meshes:
+        if mesh is not None:
+            digest.update(mesh.vertices.tobytes())
+            digest.update(mesh.faces.tobytes())
     return digest.hexdigest()[:24]
 
 
-def _read(path: Path, n_parts: int) -> Fields:
+def _read(path: Path, frames: FloatArray) -> Fields:
     with np.load(path, allow_pickle=False) as stored:
         fields = Fields(stored["nodes"], stored["near_faces"], stored["frames"])
-    expected = (n_parts * len(PADDINGS) * RESOLUTION**3, 4)
-    if fields.nodes.shape != expected or fields.nodes.dtype != np.float32:
-        raise ValueError(f"holds {fields.nodes.shape}, expected {expected}")
+    if not np.array_equal(fields.frames, frames):
+        raise ValueError("its grids are others")
+    n_rows = len(fields.near_faces)
+    if fields.nodes.shape != (n_rows, 4) or n_rows != row_count(frames):
+        raise ValueError(f"holds {fields.nodes.shape}, expected {(row_count(frames), 4)}")
+    if fields.nodes.dtype != np.float32 or fields.near_faces.dtype != np.int32:
+        raise ValueError(f"holds {fields.nodes.dtype} and {fields.near_faces.dtype}")
     return fields
 
 

@@ -1,11 +1,13 @@
-"""Grids of exact distances and gradients around each convex part: a filter, never the answer.
+"""Grids of distances and gradients around each part of a body, near and far.
 
-The distance d to a convex part is convex. So a node x_i with distance d_i, gradient g_i and nearest
-surface point s_i = x_i - d_i g_i bounds the distance of any point p, near the grid or far from it:
+For a convex part they only say where to look; the answer is exact. Its distance d is convex, so a
+node x_i with distance d_i, gradient g_i and nearest surface point s_i = x_i - d_i g_i bounds the
+distance of any point p, near the grid or far from it:
 
     d_i + g_i . (p - x_i) <= d(p) <= |p - s_i|
 
 Both bounds touch d at the node and are off by second order around it. Nothing is extrapolated.
+For a part of any other shape the grids hold the answer itself; see `hermite`.
 """
 
 from __future__ import annotations
@@ -15,13 +17,31 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from horf_env.robot import MeshPart
 from horf_env.sdf.geometry import BodyGeometry
+from horf_env.sdf.mesh_distance import mesh_nodes
 from horf_env.sdf.polytope import FAST, polytope_distance
 from horf_env.types import FloatArray
 
-RESOLUTION = 24  # nodes along each axis of a grid
-PADDINGS = (0.08, 1.0)  # m around the part, inner and outer grid
-LEVELS = len(PADDINGS)
+LEVELS = 2  # an inner grid around the part and a wider, coarser one
+
+
+@dataclass(frozen=True)
+class GridSize:
+    """Sizes of the grids around a part.
+
+    Attributes:
+        nodes: Along each axis, inner and outer grid.
+        paddings: How far the grids reach beyond the part [m].
+    """
+
+    nodes: tuple[int, int]
+    paddings: tuple[float, float]
+
+
+CONVEX = GridSize((24, 24), (0.08, 1.0))
+MESH = GridSize((64, 32), (0.06, 0.5))
+
 BOUND_ERROR = 2e-6
 """What rounding to float32 adds to the bounds [m], for points up to some 10 m away."""
 
@@ -31,9 +51,10 @@ class Fields:
     """Grids of all parts, grid p * LEVELS + level for part p.
 
     Attributes:
-        nodes: Distance [m] and its gradient, float32, shape (G * n^3, 4).
-        near_faces: Face that holds the nearest point of each node, int32, shape (G * n^3,).
-        frames: First node [m], nodes per m, and distance of two nodes [m] of each grid, (G, 9).
+        nodes: Distance [m] and its gradient, float32, shape (R, 4).
+        near_faces: Face that holds the nearest point of each node of a convex part, int32, (R,).
+        frames: First node [m], nodes per m, distance of two nodes [m], nodes along an axis less
+            one, and first row of each grid; shape (G, 11).
     """
 
     nodes: np.ndarray
@@ -42,32 +63,65 @@ class Fields:
 
 
 def build_fields(geometry: BodyGeometry) -> Fields:
-    """Evaluate the exact distance at all nodes (less than a second on one core)."""
-    n_grids = (len(geometry.part_start) - 1) * LEVELS
-    frames = np.empty((n_grids, 9))
-    nodes = np.empty((n_grids, RESOLUTION**3, 4), dtype=np.float32)
-    near_faces = np.empty((n_grids, RESOLUTION**3), dtype=np.int32)
+    """Evaluate all nodes: convex parts in about a second, meshes in some seconds each.
+
+    Raises:
+        MissingAssetError: If there are meshes, and libigl is not installed.
+    """
+    frames = grid_frames(geometry)
+    n_rows = row_count(frames)
+    nodes = np.empty((n_rows, 4), dtype=np.float32)
+    near_faces = np.zeros(n_rows, dtype=np.int32)
     heights = np.empty(len(geometry.faces))
-    for grid in range(n_grids):
+    g = geometry
+    for grid, frame in enumerate(frames):
+        part = grid // LEVELS
+        rows = slice(int(frame[10]), int(frame[10]) + int(frame[9] + 1) ** 3)
+        mesh = g.meshes[part]
+        if mesh is None:
+            start, stop = g.part_start[part : part + 2]
+            _fill(
+                nodes[rows],
+                near_faces[rows],
+                frame,
+                g.planes,
+                g.faces,
+                g.links,
+                heights,
+                start,
+                stop,
+            )
+        else:
+            nodes[rows] = mesh_nodes(_places(frame), mesh)
+    return Fields(nodes, near_faces, frames)
+
+
+def grid_frames(geometry: BodyGeometry) -> FloatArray:
+    """Frames of all grids; see `Fields`."""
+    frames = np.empty((len(geometry.part_boxes) * LEVELS, 11))
+    row = 0
+    for grid, frame in enumerate(frames):
         part, level = divmod(grid, LEVELS)
-        corners = geometry.corners(part).reshape(-1, 3)
-        lower, upper = corners.min(axis=0) - PADDINGS[level], corners.max(axis=0) + PADDINGS[level]
-        cell = (upper - lower) / (RESOLUTION - 1)
-        frames[grid] = *lower, *(1.0 / cell), *cell
-        start, stop = geometry.part_start[part : part + 2]
-        g = geometry
-        _fill(
-            nodes[grid],
-            near_faces[grid],
-            frames[grid],
-            g.planes,
-            g.faces,
-            g.links,
-            heights,
-            start,
-            stop,
-        )
-    return Fields(nodes.reshape(-1, 4), near_faces.ravel(), frames)
+        size = MESH if isinstance(geometry.meshes[part], MeshPart) else CONVEX
+        lower = geometry.part_boxes[part, 0] - size.paddings[level]
+        upper = geometry.part_boxes[part, 1] + size.paddings[level]
+        n = size.nodes[level]
+        cell = (upper - lower) / (n - 1)
+        frame[:] = *lower, *(1.0 / cell), *cell, n - 1, row
+        row += n**3
+    return frames
+
+
+def row_count(frames: FloatArray) -> int:
+    """Nodes of all grids together."""
+    return int(frames[-1, 10] + (frames[-1, 9] + 1) ** 3)
+
+
+def _places(frame: FloatArray) -> FloatArray:
+    """Positions of the nodes of a grid, shape (n^3, 3), m."""
+    steps = np.arange(int(frame[9]) + 1)
+    axes = [frame[k] + steps * frame[6 + k] for k in range(3)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 @njit(cache=True)
@@ -82,7 +136,7 @@ def _fill(
     start: int,
     stop: int,
 ) -> None:
-    n, row = RESOLUTION, 0
+    n, row = int(frame[9]) + 1, 0
     for i in range(n):
         x = frame[0] + i * frame[6]
         for j in range(n):
@@ -102,7 +156,7 @@ def _fill(
 def bounds(
     nodes: np.ndarray, frames: FloatArray, part: int, x: float, y: float, z: float
 ) -> tuple[float, float, int]:
-    """Lower and upper bound of the distance of a point to a part [m], and the node's row."""
+    """Lower and upper bound of the distance of a point to a convex part [m], and the node's row."""
     row, dx, dy, dz = _node_near(frames, part, x, y, z)
     distance = nodes[row, 0]
     along = nodes[row, 1] * dx + nodes[row, 2] * dy + nodes[row, 3] * dz
@@ -120,6 +174,8 @@ def lower_bounds(
 ) -> None:
     """Lower each number to the lower bound of a point's distance to a part, if that is less.
 
+    For a part that is not convex it is no bound but an estimate.
+
     Args:
         nodes: See `Fields`.
         frames: See `Fields`.
@@ -133,22 +189,44 @@ def lower_bounds(
         lower[m] = min(lower[m], nodes[row, 0] + along - BOUND_ERROR)
 
 
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def lipschitz_bounds(
+    nodes: np.ndarray, frames: FloatArray, part: int, local: FloatArray, lower: FloatArray
+) -> None:
+    """Raise each number to what the nearest node guarantees: no distance changes faster than 1.
+
+    Args:
+        nodes: See `Fields`.
+        frames: See `Fields`.
+        part: Index of the part, of any shape.
+        local: Points in the frame of the body, shape (3, >= N), m.
+        lower: Read and written, shape (N,), m.
+    """
+    for m in range(len(lower)):
+        row, dx, dy, dz = _node_near(frames, part, local[0, m], local[1, m], local[2, m])
+        away = np.sqrt(dx * dx + dy * dy + dz * dz)
+        lower[m] = max(lower[m], nodes[row, 0] - away - BOUND_ERROR)
+
+
 @njit(cache=True, fastmath=FAST, inline="always")
 def _node_near(
     frames: FloatArray, part: int, x: float, y: float, z: float
 ) -> tuple[int, float, float, float]:
     """Row of the node nearest to a point, and the point relative to that node [m]."""
-    n, g = RESOLUTION, part * LEVELS
+    g = part * LEVELS
+    top = frames[g, 9]
     u = (x - frames[g, 0]) * frames[g, 3]
     v = (y - frames[g, 1]) * frames[g, 4]
     w = (z - frames[g, 2]) * frames[g, 5]
-    if min(u, min(v, w)) < 0.0 or max(u, max(v, w)) > n - 1.0:
+    if min(u, min(v, w)) < 0.0 or max(u, max(v, w)) > top:
         g += 1
+        top = frames[g, 9]
         u = (x - frames[g, 0]) * frames[g, 3]
         v = (y - frames[g, 1]) * frames[g, 4]
         w = (z - frames[g, 2]) * frames[g, 5]
-    i = int(min(max(u, 0.0), n - 1.0) + 0.5)
-    j = int(min(max(v, 0.0), n - 1.0) + 0.5)
-    k = int(min(max(w, 0.0), n - 1.0) + 0.5)
-    row = ((g * n + i) * n + j) * n + k
+    i = int(min(max(u, 0.0), top) + 0.5)
+    j = int(min(max(v, 0.0), top) + 0.5)
+    k = int(min(max(w, 0.0), top) + 0.5)
+    n = int(top) + 1
+    row = int(frames[g, 10]) + (i * n + j) * n + k
     return row, (u - i) * frames[g, 6], (v - j) * frames[g, 7], (w - k) * frames[g, 8]

@@ -1,4 +1,4 @@
-"""Convex parts of all bodies as flat arrays for the compiled kernels."""
+"""Parts of all bodies as flat arrays for the compiled kernels."""
 
 from __future__ import annotations
 
@@ -7,25 +7,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from horf_env.robot import ConvexPart
+from horf_env.robot import MeshPart, Part
 from horf_env.types import FloatArray, IntArray
+
+_NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class BodyGeometry:
-    """All faces of all parts, part after part, in body frames [m].
+    """All faces of all convex parts, part after part, in body frames [m].
 
     Attributes:
         planes: Outward unit normal and offset of each face, n.x = offset; shape (4, F).
         faces: Corner a, edges ab and ac, and the products ab.ab, ab.ac, ac.ac; shape (F, 12).
         links: For each face nine numbers: the faces across the edges ab, ac and bc; where the lists
             of the faces around a, b and c begin in this array; where they end. Then those lists.
-        part_start: First face of each part and the end, shape (P + 1,).
+        part_start: First face of each part and the end, shape (P + 1,). A part of any other shape
+            has no faces here.
         body_start: First part of each body and the end, shape (B + 1,).
         boxes: Lower and upper corner of each body's bounding box, shape (B, 2, 3).
         part_boxes: The same of each part, shape (P, 2, 3).
         vertices: Corners of all parts, body after body, shape (V, 3).
         vertex_start: First corner of each body and the end, shape (B + 1,).
+        meshes: For each part its mesh, None for a convex one.
     """
 
     planes: FloatArray
@@ -37,31 +41,29 @@ class BodyGeometry:
     part_boxes: FloatArray
     vertices: FloatArray
     vertex_start: IntArray
-
-    def corners(self, part: int) -> FloatArray:
-        """Corners of the faces of one part, shape (F, 3, 3), m."""
-        rows = self.faces[self.part_start[part] : self.part_start[part + 1]]
-        a = rows[:, 0:3]
-        return np.stack([a, a + rows[:, 3:6], a + rows[:, 6:9]], axis=1)
+    meshes: tuple[MeshPart | None, ...]
 
 
-def body_geometry(bodies: Sequence[Sequence[ConvexPart]]) -> BodyGeometry:
+def body_geometry(bodies: Sequence[Sequence[Part]]) -> BodyGeometry:
     """Flatten the parts of the bodies."""
     parts = [part for body in bodies for part in body]
-    triangles = np.concatenate([part.vertices[part.faces] for part in parts])
+    meshes = tuple(part if isinstance(part, MeshPart) else None for part in parts)
+    faces = [_NO_FACES if isinstance(part, MeshPart) else part.faces for part in parts]
+    triangles = np.concatenate([p.vertices[f] for p, f in zip(parts, faces, strict=True)])
     first = _starts([len(part.vertices) for part in parts])
-    indices = np.concatenate([part.faces + k for part, k in zip(parts, first[:-1], strict=True)])
+    indices = np.concatenate([f + k for f, k in zip(faces, first[:-1], strict=True)])
     vertices = [np.concatenate([part.vertices for part in body]) for body in bodies]
     return BodyGeometry(
         planes=_planes(triangles),
         faces=_faces(triangles),
         links=_links(indices),
-        part_start=_starts([len(part.faces) for part in parts]),
+        part_start=_starts([len(f) for f in faces]),
         body_start=_starts([len(body) for body in bodies]),
         boxes=_boxes(vertices),
         part_boxes=_boxes([part.vertices for part in parts]),
         vertices=np.concatenate(vertices),
         vertex_start=_starts([len(v) for v in vertices]),
+        meshes=meshes,
     )
 
 

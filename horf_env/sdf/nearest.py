@@ -7,6 +7,7 @@ from numba import njit
 
 from horf_env.sdf.arrays import Shape, Work
 from horf_env.sdf.bodies import body_distance, part_distance, to_body
+from horf_env.sdf.fields import lipschitz_bounds
 from horf_env.sdf.polytope import FAST
 from horf_env.sdf.scan import CHUNK, SCAN_ERROR, place_of_least
 from horf_env.sdf.shortlist import localise, place_of_lowest, shortlist
@@ -45,7 +46,10 @@ def nearest_point(
     for part in range(first, last):
         lower = work.lower[: len(listed)]
         _part_box_distances(work.local, shape.part_boxes[part], lower)
-        if last - first == 1:
+        convex = shape.part_start[part] < shape.part_start[part + 1]
+        if not convex:
+            lipschitz_bounds(shape.nodes, shape.frames, part, work.local, lower)
+        elif last - first == 1:
             _cut(work.local, lower, least - gx * x - gy * y - gz * z, gx, gy, gz)
         place, least, nx, ny, nz = _least_distance(shape, work, part, lower, least, nx, ny, nz)
         if place >= 0:
@@ -64,15 +68,16 @@ def _least_distance(
     ny: float,
     nz: float,
 ) -> tuple[int, float, float, float, float]:
-    """Place, distance and gradient of the listed point nearest to a convex part.
+    """Place, distance and gradient of the listed point nearest to a part.
 
     If none is nearer than the distance given, the place is -1 and the rest is given back.
 
-    The distance d is convex: where it has been measured once, at s with gradient g, it is nowhere
-    below d(s) + g . (p - s). So each measurement raises the lower bounds of all other points, and
-    the next point measured is that with the lowest bound, until no bound is below the least.
+    The distance d to a convex part is convex: where it has been measured once, at s with gradient
+    g, it is nowhere below d(s) + g . (p - s). So each measurement raises the lower bounds of all
+    other points, and the next point measured is that with the lowest bound, until no bound is
+    below the least.
     """
-    place = -1
+    place, convex = -1, shape.part_start[part] < shape.part_start[part + 1]
     while len(lower):
         m = place_of_lowest(lower)
         if lower[m] >= least - _WORTH:
@@ -81,7 +86,8 @@ def _least_distance(
         distance, gx, gy, gz = part_distance(shape, work.heights, part, x, y, z)
         if distance < least:
             place, least, nx, ny, nz = m, distance, gx, gy, gz
-        _cut(work.local, lower, distance - gx * x - gy * y - gz * z, gx, gy, gz)
+        if convex:
+            _cut(work.local, lower, distance - gx * x - gy * y - gz * z, gx, gy, gz)
         lower[m] = np.inf
     return place, least, nx, ny, nz
 

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from horf_env.errors import UnknownNameError
-from horf_env.robot import MobileManipulator, RobotState, collision_parts
+from horf_env.robot import Part, RobotState
+from horf_env.robot.parts import Elements
 from horf_env.sdf.arrays import shape_of, work_space
 from horf_env.sdf.bodies import body_distances
 from horf_env.sdf.cache import cached_fields
-from horf_env.sdf.fields import Fields
-from horf_env.sdf.geometry import BodyGeometry, body_geometry
+from horf_env.sdf.geometry import body_geometry
 from horf_env.sdf.kernel import find_witnesses
 from horf_env.sdf.known import find_lowest, mark_within
+from horf_env.sdf.robots import Bodies, Robot
+from horf_env.sdf.surface import surface_points
 from horf_env.sdf.witnesses import LinkDistances, Witnesses, empty_table
 from horf_env.types import FloatArray, IntArray
 
-_GEOMETRIES = ("hull",)
+_ELEMENTS: dict[str, Elements] = {"hull": "collision", "visual": "visual"}
 _FIRST_ARM_BODY = 1
 _FIRST_FREE_BODY = 3  # the first body of the arm that can touch the base
 _BASE_SAMPLING = 0.05  # m between points on the base: 6 mm too far at most at 5 cm distance
@@ -31,17 +33,26 @@ _NOT_FINITE = "points: expected finite numbers; drop invalid depth before the qu
 class RobotSdf:
     """Distances, witness points and gradients for all bodies at once."""
 
-    def __init__(self, robot: MobileManipulator, geometry: BodyGeometry, fields: Fields) -> None:
+    def __init__(
+        self, robot: Robot, parts: Sequence[Sequence[Part]], *, cache_folder: Path | None = None
+    ) -> None:
+        """Take the fields from the cache, or build them.
+
+        Args:
+            robot: Kinematics that place the bodies.
+            parts: Geometry of each body.
+            cache_folder: Where the fields are kept; the user's cache folder without it.
+        """
         self._robot = robot
-        self._geometry = geometry
-        self._shape = shape_of(geometry, fields)
+        self._geometry = geometry = body_geometry(parts)
+        self._shape = shape_of(geometry, cached_fields(geometry, cache_folder))
         self._work = work_space(_FIRST_CLOUD, len(geometry.faces))
-        self._base_surface = _surface_points(geometry, _BASE_SAMPLING)
+        self._base_surface = surface_points(parts[0], _BASE_SAMPLING)
 
     @classmethod
     def load(
         cls,
-        robot: MobileManipulator,
+        robot: Robot,
         geometry: str = "hull",
         *,
         cache_folder: Path | None = None,
@@ -50,16 +61,19 @@ class RobotSdf:
 
         Args:
             robot: Kinematics that place the bodies.
-            geometry: "hull": the convex hull of each collision mesh, what PyBullet collides with.
+            geometry: "hull": the convex hull of each collision mesh, what PyBullet collides with,
+                exactly. "visual": the visual meshes as they are, what real obstacles meet,
+                interpolated from fields; to build those takes libigl and about half a minute.
             cache_folder: Where the fields are kept; the user's cache folder without it.
 
         Raises:
             UnknownNameError: If there is no such geometry.
+            GeometryError: If a body has no geometry, or a mesh no faces.
+            MissingAssetError: If a mesh is missing, or libigl to build the fields of one.
         """
-        if geometry not in _GEOMETRIES:
-            raise UnknownNameError("SDF geometry", geometry, _GEOMETRIES)
-        shape = body_geometry(collision_parts())
-        return cls(robot, shape, cached_fields(shape, cache_folder))
+        if geometry not in _ELEMENTS:
+            raise UnknownNameError("SDF geometry", geometry, _ELEMENTS)
+        return cls(robot, robot.parts(_ELEMENTS[geometry]), cache_folder=cache_folder)
 
     def link_distance(self, k: int, points: FloatArray) -> FloatArray:
         """Exact signed distances to one body.
@@ -94,7 +108,7 @@ class RobotSdf:
     def witnesses(
         self,
         points: FloatArray,
-        state: RobotState,
+        state: Bodies,
         *,
         count: int,
         spacing: float,
@@ -214,18 +228,9 @@ class RobotSdf:
             self._work = work_space(2 * len(points), len(self._geometry.faces))
         return points
 
-    def _empty_table(self, state: RobotState, count: int) -> tuple[FloatArray, IntArray]:
+    def _empty_table(self, state: Bodies, count: int) -> tuple[FloatArray, IntArray]:
         n_bodies, _, n_velocities = state.body_jacobians.shape
         return empty_table(n_bodies, count, n_velocities)
-
-
-def _surface_points(geometry: BodyGeometry, spacing: float) -> FloatArray:
-    """Points on the surface of the base, shape (N, 3), frame of the base."""
-    base = np.concatenate([geometry.corners(p) for p in range(geometry.body_start[1])])
-    corners = base.reshape(-1, 3)
-    faces = np.arange(len(corners)).reshape(-1, 3)
-    points, _ = trimesh.remesh.subdivide_to_size(corners, faces, max_edge=spacing)
-    return np.unique(np.round(points, 6), axis=0)
 
 
 def _cloud(points: FloatArray) -> FloatArray:
