@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from horf_env.errors import ConfigurationError
 from horf_env.robot.bodies import BODIES, collision_parts, visual_parts
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
@@ -77,12 +78,17 @@ class MobileManipulator:
         Args:
             configuration: Shape (10,), m and rad.
 
+        Joints outside their limits are allowed: motors overshoot, and the joint dampers of the
+        control layer bring such joints back.
+
         Raises:
-            ValueError: If the configuration has another shape.
+            ConfigurationError: If the configuration has another shape or is not finite.
         """
         q = np.array(configuration, dtype=float)
         if q.shape != (N_CONFIGURATION,):
-            raise ValueError(f"configuration: expected shape (10,), got {q.shape}")
+            raise ConfigurationError(f"configuration: expected shape (10,), got {q.shape}")
+        if not np.isfinite(q).all():
+            raise ConfigurationError(f"configuration: expected finite numbers, got {q}")
         q.setflags(write=False)
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from horf_env.errors import ConfigurationError
 from horf_env.robot import ARM_READY, LIMITS, integrate, point_jacobian
 from horf_env.robot.manipulability import manipulability, manipulability_gradient
 
@@ -81,8 +82,10 @@ def test_ready_pose_reaches_ahead_with_the_tool_down(robot):
 
 
 def test_a_configuration_of_another_shape_is_refused(robot):
-    with pytest.raises(ValueError, match=r"expected shape \(10,\), got \(9,\)"):
+    with pytest.raises(ConfigurationError, match=r"expected shape \(10,\), got \(9,\)"):
         robot.state(np.zeros(9))
+    with pytest.raises(ConfigurationError, match="expected finite numbers"):
+        robot.state(np.full(10, np.nan))
 
 
 def test_arc_of_half_steps_equals_the_whole_and_a_turn_closes():
