@@ -25,7 +25,7 @@ from horf_env.scenes.scene import Scene
 from horf_env.scenes.scene_mesh import triangles
 from horf_env.scenes.surface_points import surface_points
 from horf_env.sdf import RobotSdf
-from horf_env.types import FloatArray
+from horf_env.types import FloatArray, IntArray
 
 PERCEPTIONS = ("camera", "full")
 
@@ -39,6 +39,8 @@ _SELF_FILTER_NOISY = 0.03  # m; the D435's error at arm's length
 # away, where only braking matters, they are wider apart.
 _NEAR_RANGE, _NEAR_SPACING = 1.5, 0.03
 _FAR_RANGE, _FAR_SPACING = 3.0, 0.08
+# Spacing of the points that fill the arm [m]: less than a voxel of the map.
+_FILLING = 0.03
 # The base may move this far [m] before the true points around it are chosen anew.
 _RECENTRE = 0.1
 
@@ -74,6 +76,7 @@ class Senses:
         self._camera = DepthCamera(camera)
         # Not the base: the camera is inside its box and looks ahead.
         self._camera.set_robot([_joined(parts) for parts in collision_parts()[1:]])
+        self._inner_body, self._inner = _filling(sdf)
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
         self._stack, self._memory = FrameStack(), memory.make()
@@ -118,7 +121,7 @@ class Senses:
         if image is not None:
             self._take_in(image)
         if not self._full:
-            self._memory.occupy(state.T_world_base)
+            self._memory.occupy(state.T_world_base, self._arm(state))
         return self._stack.push(quantise_depth(self.depth, self._model))
 
     def points(self, state: RobotState) -> FloatArray:
@@ -148,6 +151,12 @@ class Senses:
             depth = self._noise.apply(depth, self._model, rng)
         return Image(depth, self._model, state, time)
 
+    def _arm(self, state: RobotState) -> FloatArray:
+        """Points that fill the arm, in the world, shape (N, 3), m."""
+        R, t = state.link_poses[self._inner_body, :3, :3], state.link_poses[self._inner_body, :3, 3]
+        points: FloatArray = np.einsum("nij,nj->ni", R, self._inner) + t
+        return points
+
     def _take_in(self, image: Image) -> None:
         self.depth = image.depth
         if self._full:
@@ -164,3 +173,19 @@ def _joined(parts: tuple[ConvexPart, ...]) -> tuple[FloatArray, np.ndarray]:
     vertices = np.concatenate([part.vertices for part in parts])
     faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)])
     return vertices, faces
+
+
+def _filling(sdf: RobotSdf) -> tuple[IntArray, FloatArray]:
+    """Points in and on the arm's bodies: the body of each (N,), its place in that body (N, 3)."""
+    places, owners = [], []
+    for body, parts in enumerate(collision_parts()[1:], start=1):
+        corners = np.concatenate([part.vertices for part in parts])
+        axes = [
+            np.arange(low, high + _FILLING, _FILLING)
+            for low, high in zip(corners.min(axis=0), corners.max(axis=0), strict=True)
+        ]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        inside = grid[sdf.link_distance(body, grid) < 0.0]
+        places.append(inside)
+        owners.append(np.full(len(inside), body))
+    return np.concatenate(owners), np.concatenate(places)

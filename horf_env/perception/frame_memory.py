@@ -51,7 +51,7 @@ class FrameMemory:
         """See `ObstacleMemory`."""
         self._cloud.add(remove_floor(view.points[~view.own]))
 
-    def occupy(self, T_world_base: FloatArray) -> None:
+    def occupy(self, T_world_base: FloatArray, arm: FloatArray) -> None:
         """See `ObstacleMemory`: nothing to learn."""
 
     def points(self, T_world_base: FloatArray) -> FloatArray:

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from horf_env.perception.voxel_grid import VoxelGrid
+from horf_env.perception.voxel_grid import COVERED, VoxelGrid, bit
 from horf_env.types import FloatArray
-
-COVERED = np.uint64(1 << 63)
-"""Bit of a column where the base has stood: free, but nothing is known about what is beside it."""
 
 
 @njit(cache=True)
@@ -107,3 +104,14 @@ def unseen_ground(
                 out[found, 1] = (first_y + j + 0.5) * size
                 found += 1
     return found
+
+
+@njit(cache=True)
+def mark_points(grid: VoxelGrid, points: FloatArray) -> None:
+    """Mark the voxels of points (N, 3) [m] as seen: the robot itself is there."""
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    for i in range(len(points)):
+        x, y = int(np.floor(points[i, 0] / size)), int(np.floor(points[i, 1] / size))
+        z = int(np.floor(points[i, 2] / size))
+        if 0 <= x - grid.first[0] < n and 0 <= y - grid.first[1] < n and 0 <= z < layers:
+            grid.seen[x & (n - 1), y & (n - 1)] |= bit(z)

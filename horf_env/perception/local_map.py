@@ -10,17 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from horf_env.perception.ground import mark_standing, unseen_ground
+from horf_env.perception.ground import mark_points, mark_standing, unseen_ground
+from horf_env.perception.hidden import hidden_points, hidden_space
 from horf_env.perception.memory import View
-from horf_env.perception.voxel_grid import (
-    carve,
-    empty_grid,
-    insert,
-    mark_rays,
-    move_window,
-    near_points,
-    shadowed_points,
-)
+from horf_env.perception.rays import carve, insert, mark_rays
+from horf_env.perception.voxel_grid import empty_grid, move_window, near_points
 from horf_env.robot.footprint import BASE_HEIGHT, FOOTPRINT
 from horf_env.types import FloatArray
 
@@ -47,6 +41,7 @@ class MapSettings:
         history: How long a point is remembered after it was last seen [s]; inf for ever.
         carving: Whether points that the camera sees through are forgotten.
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
+        fill_behind: How far unseen space next to an occupied voxel counts as occupied [m].
         guard_unseen_ground: Whether unseen ground is told to the control layer.
         near: Within this distance of the base all points are used [m], beyond every second one.
         far: Beyond this distance none is [m].
@@ -62,6 +57,7 @@ class MapSettings:
     history: float = np.inf
     carving: bool = True
     fill_above: bool = True
+    fill_behind: float = 0.3
     guard_unseen_ground: bool = True
     near: float = 1.5
     far: float = 3.0
@@ -87,6 +83,8 @@ class LocalMap:
         self._points = np.empty((_MOST_POINTS, 3))
         side = 2 * int(_GROUND_RANGE / settings.voxel)
         self._steps, self._ground = np.empty((side, side), np.int64), np.empty((side**2, 2))
+        self._space = hidden_space(2 * round(settings.near / settings.voxel))
+        self._behind = round(settings.fill_behind / settings.voxel)
         self._grace = round(settings.grace / settings.voxel)
         self._make_grid()
 
@@ -115,16 +113,25 @@ class LocalMap:
         insert(grid, view.points, keep, origin, _NOISE, view.image.time)
         self._frames += 1
 
-    def occupy(self, T_world_base: FloatArray) -> None:
+    def occupy(self, T_world_base: FloatArray, arm: FloatArray) -> None:
         """See `ObstacleMemory`."""
         self._stand(T_world_base, 0.0)
+        mark_points(self._grid, arm)
 
     def points(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""
         x, y = T_world_base[:2, 3]
         found = near_points(self._grid, x, y, self._settings.near, self._settings.far, self._points)
-        if self._settings.fill_above:
-            found = shadowed_points(self._grid, x, y, self._settings.near, self._points, found)
+        found = hidden_points(
+            self._grid,
+            self._space,
+            (x, y),
+            self._body_layers,
+            self._settings.fill_above,
+            self._behind,
+            self._points,
+            found,
+        )
         return self._points[:found].copy()
 
     def unseen(self, T_world_base: FloatArray) -> FloatArray:

@@ -37,8 +37,13 @@ class ObstacleMemory(Protocol):
     def add(self, view: View) -> None:
         """Take in a frame."""
 
-    def occupy(self, T_world_base: FloatArray) -> None:
-        """Learn that the base stands here, so that nothing else does."""
+    def occupy(self, T_world_base: FloatArray, arm: FloatArray) -> None:
+        """Learn where the robot is, so that nothing else is there.
+
+        Args:
+            T_world_base: Pose of the base, shape (4, 4).
+            arm: Points that fill the arm, in the world, shape (N, 3), m.
+        """
 
     def points(self, T_world_base: FloatArray) -> FloatArray:
         """Obstacle points around the base, in the world, shape (N, 3), m."""

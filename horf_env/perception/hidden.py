@@ -1,0 +1,133 @@
+"""What obstacles may hide: unseen space above and behind surfaces that were seen.
+
+An obstacle is thicker than its visible surface and stands on what is below it. Space that no ray
+has passed, right above a seen surface or a little behind and beside it, is therefore taken as
+occupied (not in the paper). Other unseen space is not: taking all of it froze the robot.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from horf_env.perception.voxel_grid import BIT, COVERED, VoxelGrid
+from horf_env.types import FloatArray
+
+
+class HiddenSpace(NamedTuple):
+    """Work space: bits of layers for each column of a square about the base, shape (K + 2, K + 2).
+
+    Attributes:
+        unseen: Layers that nobody has looked at; none on the border.
+        filled: Layers that are occupied or taken as such.
+        grown: The same after one more step.
+    """
+
+    unseen: np.ndarray
+    filled: np.ndarray
+    grown: np.ndarray
+
+
+def hidden_space(side: int) -> HiddenSpace:
+    """Work space for a square of `side` columns."""
+    return HiddenSpace(*(np.zeros((side + 2, side + 2), dtype=np.uint64) for _ in range(3)))
+
+
+@njit(cache=True)
+def hidden_points(
+    grid: VoxelGrid,
+    space: HiddenSpace,
+    middle: tuple[float, float],
+    body_layers: np.uint64,
+    above: bool,
+    behind: int,
+    out: FloatArray,
+    found: int,
+) -> int:
+    """Append the middles of unseen voxels that count as occupied and border on seen free space.
+
+    Args:
+        grid: The grid.
+        space: Work space; its shape says how large the area is.
+        middle: Middle of the area [m].
+        body_layers: Bits of the layers that are free where the base has stood.
+        above: Whether all that is unseen right above an occupied voxel counts.
+        behind: How far, in voxels, unseen space next to an occupied voxel counts.
+        out: Points, shape (M, 3), m; those from `found` on are overwritten.
+        found: How many points `out` holds.
+
+    Returns:
+        How many points `out` holds now.
+    """
+    side, size = len(space.unseen) - 2, grid.size[0]
+    first_x = int(np.floor(middle[0] / size)) - side // 2
+    first_y = int(np.floor(middle[1] / size)) - side // 2
+    _load(grid, space, first_x, first_y, body_layers, above)
+    unseen, filled, grown = space.unseen, space.filled, space.grown
+    for _ in range(behind):
+        _grow(unseen, filled, grown)
+        filled, grown = grown, filled
+    for i in range(1, side + 1):
+        for j in range(1, side + 1):
+            hidden = filled[i, j] & unseen[i, j]
+            if hidden == 0:
+                continue
+            free = ~(filled[i, j] | unseen[i, j])
+            beside = free << BIT | free >> BIT
+            for k, m in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
+                beside |= ~(filled[k, m] | unseen[k, m])
+            shell = hidden & beside
+            for z in range(grid.place.shape[2]):
+                if shell >> np.uint64(z) & BIT and found < len(out):
+                    out[found, 0] = (first_x + i - 0.5) * size
+                    out[found, 1] = (first_y + j - 0.5) * size
+                    out[found, 2] = (z + 0.5) * size
+                    found += 1
+    return found
+
+
+@njit(cache=True)
+def _load(
+    grid: VoxelGrid,
+    space: HiddenSpace,
+    first_x: int,
+    first_y: int,
+    body_layers: np.uint64,
+    above: bool,
+) -> None:
+    """Copy the area into the work space and fill upwards."""
+    n, side = len(grid.seen), len(space.unseen) - 2
+    all_layers = ~np.uint64(0) >> np.uint64(64 - grid.place.shape[2])
+    for i in range(1, side + 1):
+        for j in range(1, side + 1):
+            column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
+            seen, occupied = grid.seen[column], grid.occupied[column]
+            if seen & COVERED:
+                seen |= body_layers
+            unseen = ~(seen | occupied) & all_layers
+            space.unseen[i, j] = unseen
+            space.filled[i, j] = _filled_upwards(occupied, unseen) if above else occupied
+
+
+@njit(cache=True)
+def _filled_upwards(occupied: np.uint64, unseen: np.uint64) -> np.uint64:
+    """Occupied bits and all runs of unseen bits right above them, in six doubling steps."""
+    filled, through = occupied, unseen
+    for step in (1, 2, 4, 8, 16, 32):
+        shift = np.uint64(step)
+        filled |= through & (filled << shift)
+        through &= through << shift
+    return filled
+
+
+@njit(cache=True)
+def _grow(unseen: np.ndarray, filled: np.ndarray, grown: np.ndarray) -> None:
+    """Grow by one voxel in all six directions into the unseen; compiles to vector instructions."""
+    side = len(unseen) - 2
+    for i in range(1, side + 1):
+        for j in range(1, side + 1):
+            own = filled[i, j]
+            near = filled[i - 1, j] | filled[i + 1, j] | filled[i, j - 1] | filled[i, j + 1]
+            grown[i, j] = own | (unseen[i, j] & (near | own << BIT | own >> BIT))

@@ -1,0 +1,136 @@
+"""What a depth image tells a voxel grid: surfaces where rays end, free space before."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from horf_env.perception.voxel_grid import VoxelGrid, bit, forget
+from horf_env.types import FloatArray
+
+_CLEARLY = 0.05  # m; a surface that is hit at a grazing angle varies by so much within a pixel
+_DEVIATIONS = 4.0  # standard deviations of the noise that are not yet evidence
+
+
+@njit(cache=True)
+def mark_rays(grid: VoxelGrid, origin: FloatArray, ends: FloatArray, phase: int, step: int) -> None:
+    """Mark as seen what lies on every `step`-th ray, up to half a voxel before its end.
+
+    Args:
+        grid: The grid.
+        origin: Common origin of the rays, shape (3,), m.
+        ends: Where they end, shape (N, 3), m.
+        phase: First ray.
+        step: How many rays farther the next one is.
+    """
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    first_x, first_y = grid.first[0], grid.first[1]
+    for i in range(phase, len(ends), step):
+        dx, dy, dz = ends[i, 0] - origin[0], ends[i, 1] - origin[1], ends[i, 2] - origin[2]
+        length = np.sqrt(dx * dx + dy * dy + dz * dz)
+        steps = int(length / size - 0.5)
+        dx, dy, dz = dx / length, dy / length, dz / length
+        # In voxels; half a voxel is added so that truncation (faster than floor) rounds down.
+        x, y = origin[0] / size - first_x, origin[1] / size - first_y
+        z = origin[2] / size
+        for _ in range(steps + 1):
+            if not (0.0 <= x < n and 0.0 <= y < n and 0.0 <= z < layers):
+                break
+            column_x, column_y = (int(x) + first_x) & (n - 1), (int(y) + first_y) & (n - 1)
+            grid.seen[column_x, column_y] |= bit(int(z))
+            x, y, z = x + dx, y + dy, z + dz
+
+
+@njit(cache=True)
+def insert(
+    grid: VoxelGrid,
+    points: FloatArray,
+    keep: np.ndarray,
+    origin: FloatArray,
+    noise: float,
+    time: float,
+) -> None:
+    """Put surface points into their voxels.
+
+    A voxel keeps the point with the least expected error: how far it is from the middle of the
+    voxel (points in the middle are evenly spaced) plus the camera's noise at its range.
+
+    Args:
+        grid: The grid.
+        points: Shape (N, 3), m.
+        keep: Which of them to put in, shape (N,).
+        origin: Where the camera is, shape (3,), m.
+        noise: Standard deviation of the depth at 1 m [m]; it grows with the square of the range.
+        time: Now [s].
+    """
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    for i in range(len(points)):
+        if not keep[i]:
+            continue
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        x, y, z = int(np.floor(px / size)), int(np.floor(py / size)), int(np.floor(pz / size))
+        inside = 0 <= x - grid.first[0] < n and 0 <= y - grid.first[1] < n and 0 <= z < layers
+        if not inside:
+            continue
+        ox, oy, oz = px / size - x - 0.5, py / size - y - 0.5, pz / size - z - 0.5
+        squared = (px - origin[0]) ** 2 + (py - origin[1]) ** 2 + (pz - origin[2]) ** 2
+        error = size * np.sqrt(ox * ox + oy * oy + oz * oz) + noise * squared
+        x, y = x & (n - 1), y & (n - 1)
+        entry = grid.place[x, y, z]
+        if entry < 0:
+            entry = grid.length[0]
+            grid.length[0] += 1
+            grid.place[x, y, z] = entry
+            grid.occupied[x, y] |= bit(z)
+            grid.voxel[entry, 0], grid.voxel[entry, 1], grid.voxel[entry, 2] = x, y, z
+            grid.error[entry] = np.inf
+        if error <= grid.error[entry]:
+            grid.point[entry, 0], grid.point[entry, 1], grid.point[entry, 2] = px, py, pz
+            grid.error[entry] = error
+        grid.misses[entry], grid.time[entry] = 0, time
+
+
+@njit(cache=True)
+def carve(
+    grid: VoxelGrid,
+    depth: np.ndarray,
+    T_world_camera: FloatArray,
+    focal: tuple[float, float],
+    depth_range: tuple[float, float],
+    noise: float,
+    most_misses: int,
+) -> None:
+    """Forget points that the camera now sees through.
+
+    A frame misses a point if all nine pixels around its image are valid and show something
+    clearly farther away: an edge between two rays, or a hole in the image, is no evidence.
+
+    Args:
+        grid: The grid.
+        depth: Image [m], shape (H, W); 0 = invalid.
+        T_world_camera: Pose of the camera, shape (4, 4).
+        focal: Focal lengths (fx, fy) [px].
+        depth_range: Least and greatest depth that the camera measures [m].
+        noise: Standard deviation of the depth at 1 m [m].
+        most_misses: So many misses in a row are enough.
+    """
+    height, width = depth.shape
+    R, t = T_world_camera[:3, :3], T_world_camera[:3, 3]
+    for entry in range(grid.length[0] - 1, -1, -1):
+        dx, dy = grid.point[entry, 0] - t[0], grid.point[entry, 1] - t[1]
+        dz = grid.point[entry, 2] - t[2]
+        z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
+        if not depth_range[0] < z < depth_range[1]:
+            continue
+        x = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
+        y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
+        column = int(np.floor(focal[0] * x / z + 0.5 * width))
+        row = int(np.floor(focal[1] * y / z + 0.5 * height))
+        if not (1 <= column < width - 1 and 1 <= row < height - 1):
+            continue
+        least = depth[row - 1 : row + 2, column - 1 : column + 2].min()
+        if least > z + _CLEARLY + _DEVIATIONS * noise * z * z:
+            grid.misses[entry] += 1
+            if grid.misses[entry] >= most_misses:
+                grid.seen[grid.voxel[entry, 0], grid.voxel[entry, 1]] |= bit(grid.voxel[entry, 2])
+                forget(grid, entry)
