@@ -228,7 +228,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     def _start_episode(self, state: RobotState) -> None:
         self._state, self._velocity = state, np.zeros(9)
         self._deviation = self._goal_deviation(state)
-        self._min_distance, self._collided = self._world.clearance.distance, False
+        self._min_distance = self._world.clearance.distance
+        self._contact: tuple[str, str] | None = None
         self._steps, self._path_base, self._path_ee, self._layer_time = 0, 0.0, 0.0, 0.0
 
     def _advance(self, moved: MoveResult) -> None:
@@ -236,10 +237,14 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._velocity = moved.velocity
         self._deviation = self._goal_deviation(self._state)
         self._min_distance = moved.clearance.distance
-        self._collided = moved.contact is not None
+        self._contact = moved.contact
         self._steps += 1
         self._path_base += _distance(before.T_world_base, self._state.T_world_base)
         self._path_ee += _distance(before.T_world_ee, self._state.T_world_ee)
+
+    @property
+    def _collided(self) -> bool:
+        return self._contact is not None
 
     def _goal_deviation(self, state: RobotState) -> FloatArray:
         R_base = state.T_world_base[:3, :3]
@@ -292,6 +297,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         failure = "" if success else "collision" if self._collided else "timeout"
         return {
             "failure": failure,
+            "contact": self._contact,
             "path_length_base": self._path_base,
             "path_length_ee": self._path_ee,
             "execution_time": self._steps * STEP,
