@@ -15,6 +15,7 @@ from horf_env.perception import (
     Image,
     MemorySettings,
     View,
+    inside_box,
     quantise_depth,
     unproject,
 )
@@ -25,7 +26,7 @@ from horf_env.scenes.scene import Scene
 from horf_env.scenes.scene_mesh import triangles
 from horf_env.scenes.surface_points import surface_points
 from horf_env.sdf import RobotSdf
-from horf_env.types import FloatArray, IntArray
+from horf_env.types import FloatArray
 
 PERCEPTIONS = ("camera", "full")
 
@@ -40,7 +41,7 @@ _SELF_FILTER_NOISY = 0.03  # m; the D435's error at arm's length
 _NEAR_RANGE, _NEAR_SPACING = 1.5, 0.03
 _FAR_RANGE, _FAR_SPACING = 3.0, 0.08
 # Spacing of the points that fill the arm [m]: less than a voxel of the map.
-_FILLING = 0.03
+_FILLING = 0.04
 # The base may move this far [m] before the true points around it are chosen anew.
 _RECENTRE = 0.1
 
@@ -74,9 +75,12 @@ class Senses:
             raise UnknownNameError("perception", perception, PERCEPTIONS)
         self._sdf, self._model, self._full = sdf, camera, perception == "full"
         self._camera = DepthCamera(camera)
+        parts = collision_parts()[1:]
         # Not the base: the camera is inside its box and looks ahead.
-        self._camera.set_robot([_joined(parts) for parts in collision_parts()[1:]])
-        self._inner_body, self._inner = _filling(sdf)
+        self._camera.set_robot([_joined(p) for p in parts])
+        self._inner = [_filling(sdf, body, _corners(p)) for body, p in enumerate(parts, start=1)]
+        # How far each body of the arm reaches from its origin [m], shape (8, 1).
+        self._reach = np.array([[np.linalg.norm(_corners(p), axis=1).max()] for p in parts])
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
         self._stack, self._memory = FrameStack(), memory.make()
@@ -151,11 +155,22 @@ class Senses:
             depth = self._noise.apply(depth, self._model, rng)
         return Image(depth, self._model, state, time)
 
+    def _on_arm(self, points: FloatArray, state: RobotState) -> np.ndarray:
+        """Which points lie on the robot's own arm, shape (N,); most are far from it."""
+        origins, reach = state.link_poses[1:, :3, 3], self._reach + self._tolerance
+        near = inside_box(points, (origins - reach).min(axis=0), (origins + reach).max(axis=0))
+        own = np.zeros(len(points), dtype=np.bool_)
+        own[near] = self._sdf.on_arm(points[near], state, self._tolerance)
+        return own
+
     def _arm(self, state: RobotState) -> FloatArray:
         """Points that fill the arm, in the world, shape (N, 3), m."""
-        R, t = state.link_poses[self._inner_body, :3, :3], state.link_poses[self._inner_body, :3, 3]
-        points: FloatArray = np.einsum("nij,nj->ni", R, self._inner) + t
-        return points
+        return np.concatenate(
+            [
+                inner @ T[:3, :3].T + T[:3, 3]
+                for T, inner in zip(state.link_poses[1:], self._inner, strict=True)
+            ]
+        )
 
     def _take_in(self, image: Image) -> None:
         self.depth = image.depth
@@ -163,7 +178,7 @@ class Senses:
             return
         T_world_camera = image.state.T_world_base @ self._model.T_base_camera
         points = unproject(image.depth, self._model, T_world_camera)
-        own = self._sdf.on_arm(points, image.state, self._tolerance)
+        own = self._on_arm(points, image.state)
         self._memory.add(View(image, T_world_camera, points, own))
 
 
@@ -175,17 +190,15 @@ def _joined(parts: tuple[ConvexPart, ...]) -> tuple[FloatArray, np.ndarray]:
     return vertices, faces
 
 
-def _filling(sdf: RobotSdf) -> tuple[IntArray, FloatArray]:
-    """Points in and on the arm's bodies: the body of each (N,), its place in that body (N, 3)."""
-    places, owners = [], []
-    for body, parts in enumerate(collision_parts()[1:], start=1):
-        corners = np.concatenate([part.vertices for part in parts])
-        axes = [
-            np.arange(low, high + _FILLING, _FILLING)
-            for low, high in zip(corners.min(axis=0), corners.max(axis=0), strict=True)
-        ]
-        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        inside = grid[sdf.link_distance(body, grid) < 0.0]
-        places.append(inside)
-        owners.append(np.full(len(inside), body))
-    return np.concatenate(owners), np.concatenate(places)
+def _corners(parts: tuple[ConvexPart, ...]) -> FloatArray:
+    return np.concatenate([part.vertices for part in parts])
+
+
+def _filling(sdf: RobotSdf, body: int, corners: FloatArray) -> FloatArray:
+    """Points in a body, on a grid in its own frame, shape (N, 3), m."""
+    axes = [
+        np.arange(low + 0.5 * _FILLING, high, _FILLING)
+        for low, high in zip(corners.min(axis=0), corners.max(axis=0), strict=True)
+    ]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return grid[sdf.link_distance(body, grid) < 0.0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
+from numba import njit
 
 from horf_env.perception.camera import CameraModel, DepthImage
 from horf_env.types import FloatArray
@@ -27,9 +28,34 @@ def unproject(depth: DepthImage, model: CameraModel, T_world_camera: FloatArray)
     Returns:
         One point in the world frame for each valid pixel, row by row, shape (N, 3), m.
     """
-    valid = depth > 0.0
-    points = model.rays[valid] * depth[valid][:, None]
-    return points @ T_world_camera[:3, :3].T + T_world_camera[:3, 3]
+    return _unproject(depth, model.rays, T_world_camera)
+
+
+@njit(cache=True)
+def _unproject(depth: DepthImage, rays: FloatArray, T: FloatArray) -> FloatArray:
+    points, found = np.empty((depth.size, 3)), 0
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            z = depth[i, j]
+            if z <= 0.0:
+                continue
+            x, y = z * rays[i, j, 0], z * rays[i, j, 1]
+            for k in range(3):
+                points[found, k] = T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
+            found += 1
+    return points[:found]
+
+
+@njit(cache=True)
+def inside_box(points: FloatArray, lower: FloatArray, upper: FloatArray) -> np.ndarray:
+    """Indices of the points (N, 3) within an axis-aligned box with corners (3,), all in m."""
+    indices, found = np.empty(len(points), dtype=np.int64), 0
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1] and lower[2] <= z <= upper[2]:
+            indices[found] = i
+            found += 1
+    return indices[:found]
 
 
 def remove_floor(points: FloatArray, *, height: float = _FLOOR_HEIGHT) -> FloatArray:

@@ -22,10 +22,13 @@ from horf_env.types import FloatArray
 _FLOOR_HEIGHT = 0.03
 # The camera's depth error at 1 m [m], a D435's (see noise.py); it grows with the square.
 _NOISE = 0.004
-# Frames in a row that have to see through a point: one may be wrong at an edge.
-_MOST_MISSES = 3
-# Every fourth ray marks what it passes; the four sets take turns, so all do within 0.2 s.
-_RAY_SETS = 4
+# Looks in a row that have to see through a point: one may be wrong at an edge.
+_MOST_MISSES = 2
+# Every fourth ray marks what it passes, and every fourth point is looked at whether it is still
+# there; the four sets take turns.
+_SETS = 4
+# The window follows when the robot has moved this far [m] from its middle.
+_RECENTRE = 0.5
 _MOST_POINTS = 1 << 15
 _GROUND_RANGE = 2.0  # m from the base's centre; unseen ground farther away is no concern yet
 
@@ -59,7 +62,7 @@ class MapSettings:
     fill_above: bool = True
     fill_behind: float = 0.3
     guard_unseen_ground: bool = True
-    near: float = 1.5
+    near: float = 1.3
     far: float = 3.0
     start_radius: float = 0.75
     grace: float = 0.2
@@ -96,22 +99,31 @@ class LocalMap:
     def reset(self, T_world_base: FloatArray) -> None:
         """See `ObstacleMemory`."""
         self._make_grid()
-        x, y = T_world_base[:2, 3]
-        move_window(self._grid, x, y, -np.inf)
+        self._centre = np.full(2, np.inf)
+        self._follow(T_world_base[:3, 3], 0.0)
         self._stand(T_world_base, self._settings.start_radius)
 
     def add(self, view: View) -> None:
         """See `ObstacleMemory`."""
         grid, origin = self._grid, np.ascontiguousarray(view.T_world_camera[:3, 3])
-        move_window(grid, origin[0], origin[1], view.image.time - self._settings.history)
-        mark_rays(grid, origin, view.points, self._frames % _RAY_SETS, _RAY_SETS)
+        self._follow(origin, view.image.time)
+        phase = self._frames % _SETS
+        mark_rays(grid, origin, view.points, phase, _SETS)
         if self._settings.carving:
             model, T = view.image.model, view.T_world_camera
             span = (model.near, model.far)
-            carve(grid, view.image.depth, T, model.focal_lengths, span, _NOISE, _MOST_MISSES)
+            depth, focal = view.image.depth, model.focal_lengths
+            carve(grid, depth, T, focal, span, _NOISE, _MOST_MISSES, phase, _SETS)
         keep = ~view.own & (view.points[:, 2] >= _FLOOR_HEIGHT)
         insert(grid, view.points, keep, origin, _NOISE, view.image.time)
         self._frames += 1
+
+    def _follow(self, place: FloatArray, time: float) -> None:
+        """Move the window if need be, and forget what is too old."""
+        moved = np.abs(place[:2] - self._centre).max() > _RECENTRE
+        if moved or np.isfinite(self._settings.history):
+            self._centre = place[:2].copy()
+            move_window(self._grid, place[0], place[1], time - self._settings.history)
 
     def occupy(self, T_world_base: FloatArray, arm: FloatArray) -> None:
         """See `ObstacleMemory`."""

@@ -52,8 +52,8 @@ def insert(
 ) -> None:
     """Put surface points into their voxels.
 
-    A voxel keeps the point with the least expected error: how far it is from the middle of the
-    voxel (points in the middle are evenly spaced) plus the camera's noise at its range.
+    A voxel keeps the point with the least expected square error: how far it is from the middle of
+    the voxel (points in the middle are evenly spaced), and the camera's noise at its range.
 
     Args:
         grid: The grid.
@@ -74,7 +74,7 @@ def insert(
             continue
         ox, oy, oz = px / size - x - 0.5, py / size - y - 0.5, pz / size - z - 0.5
         squared = (px - origin[0]) ** 2 + (py - origin[1]) ** 2 + (pz - origin[2]) ** 2
-        error = size * np.sqrt(ox * ox + oy * oy + oz * oz) + noise * squared
+        error = size * size * (ox * ox + oy * oy + oz * oz) + (noise * squared) ** 2
         x, y = x & (n - 1), y & (n - 1)
         entry = grid.place[x, y, z]
         if entry < 0:
@@ -99,6 +99,8 @@ def carve(
     depth_range: tuple[float, float],
     noise: float,
     most_misses: int,
+    phase: int,
+    step: int,
 ) -> None:
     """Forget points that the camera now sees through.
 
@@ -113,10 +115,14 @@ def carve(
         depth_range: Least and greatest depth that the camera measures [m].
         noise: Standard deviation of the depth at 1 m [m].
         most_misses: So many misses in a row are enough.
+        phase: First point to look at.
+        step: How many points farther the next one is.
     """
     height, width = depth.shape
     R, t = T_world_camera[:3, :3], T_world_camera[:3, 3]
-    for entry in range(grid.length[0] - 1, -1, -1):
+    for entry in range(phase, grid.length[0], step):
+        if entry >= grid.length[0]:
+            break  # some were forgotten on the way
         dx, dy = grid.point[entry, 0] - t[0], grid.point[entry, 1] - t[1]
         dz = grid.point[entry, 2] - t[2]
         z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz

@@ -34,7 +34,7 @@ class VoxelGrid(NamedTuple):
         length: Length of the lists, shape (1,).
         point: Surface point in the world [m], shape (N, 3).
         voxel: The voxel's place in the window, shape (N, 3).
-        error: How far the point is expected to be from the ideal one [m], shape (N,).
+        error: Expected square distance of the point from the ideal one [m^2], shape (N,).
         misses: Frames in a row that saw through the point, shape (N,).
         time: When the voxel was last hit [s], shape (N,).
     """
