@@ -83,7 +83,7 @@ class Senses:
         self._reach = np.array([[np.linalg.norm(_corners(p), axis=1).max()] for p in parts])
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
-        self._stack, self._memory = FrameStack(), memory.make()
+        self._stack, self.memory = FrameStack(), memory.make()
         self._near_surface = self._far_surface = self._around = np.empty((0, 3))
         self._centre = np.full(2, np.inf)
         self.depth: DepthImage = np.zeros((camera.height, camera.width), dtype=np.float32)
@@ -107,7 +107,7 @@ class Senses:
             self._near_surface = surface_points(scene, _NEAR_SPACING)
             self._far_surface = surface_points(scene, _FAR_SPACING)
             self._centre = np.full(2, np.inf)
-        self._memory.reset(state.T_world_base)
+        self.memory.reset(state.T_world_base)
         image = self._capture(state, rng, 0.0)
         self._take_in(receive(image) or image)
         return self._stack.reset(quantise_depth(self.depth, self._model))
@@ -125,20 +125,20 @@ class Senses:
         if image is not None:
             self._take_in(image)
         if not self._full:
-            self._memory.occupy(state.T_world_base, self._arm(state))
+            self.memory.occupy(state.T_world_base, self.arm_points(state))
         return self._stack.push(quantise_depth(self.depth, self._model))
 
     def points(self, state: RobotState) -> FloatArray:
         """Obstacle points for the action layer, in the world, shape (N, 3), m."""
         if self._full:
             return self._true_points(state.T_world_base[:2, 3])
-        return self._memory.points(state.T_world_base)
+        return self.memory.points(state.T_world_base)
 
     def unseen_ground(self, state: RobotState) -> FloatArray:
         """Ground that nobody has looked at, in the world, shape (M, 2), m."""
         if self._full:
             return np.empty((0, 2))
-        return self._memory.unseen(state.T_world_base)
+        return self.memory.unseen(state.T_world_base)
 
     def _true_points(self, centre: FloatArray) -> FloatArray:
         """True surface points around the base, chosen anew only after it has moved."""
@@ -163,7 +163,7 @@ class Senses:
         own[near] = self._sdf.on_arm(points[near], state, self._tolerance)
         return own
 
-    def _arm(self, state: RobotState) -> FloatArray:
+    def arm_points(self, state: RobotState) -> FloatArray:
         """Points that fill the arm, in the world, shape (N, 3), m."""
         return np.concatenate(
             [
@@ -179,7 +179,7 @@ class Senses:
         T_world_camera = image.state.T_world_base @ self._model.T_base_camera
         points = unproject(image.depth, self._model, T_world_camera)
         own = self._on_arm(points, image.state)
-        self._memory.add(View(image, T_world_camera, points, own))
+        self.memory.add(View(image, T_world_camera, points, own))
 
 
 def _joined(parts: tuple[ConvexPart, ...]) -> tuple[FloatArray, np.ndarray]:

@@ -115,3 +115,17 @@ def mark_points(grid: VoxelGrid, points: FloatArray) -> None:
         z = int(np.floor(points[i, 2] / size))
         if 0 <= x - grid.first[0] < n and 0 <= y - grid.first[1] < n and 0 <= z < layers:
             grid.seen[x & (n - 1), y & (n - 1)] |= bit(z)
+
+
+@njit(cache=True)
+def points_seen(grid: VoxelGrid, points: FloatArray) -> np.ndarray:
+    """Which of the points (N, 3) [m] lie in voxels of the window that were seen, shape (N,)."""
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    seen = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(points)):
+        x, y = int(np.floor(points[i, 0] / size)), int(np.floor(points[i, 1] / size))
+        z = int(np.floor(points[i, 2] / size))
+        if 0 <= x - grid.first[0] < n and 0 <= y - grid.first[1] < n and 0 <= z < layers:
+            column = x & (n - 1), y & (n - 1)
+            seen[i] = (grid.seen[column] | grid.occupied[column]) & bit(z) != 0
+    return seen

@@ -1,8 +1,8 @@
 """What obstacles may hide: unseen space above and behind surfaces that were seen.
 
 An obstacle is thicker than its visible surface and stands on what is below it. Space that no ray
-has passed, right above a seen surface or a little behind and beside it, is therefore taken as
-occupied (not in the paper). Other unseen space is not: taking all of it froze the robot.
+has passed, right above a seen surface or a little behind it, is therefore taken as occupied
+(not in the paper). Other unseen space is not: taking all of it froze the robot.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def hidden_points(
     out: FloatArray,
     found: int,
 ) -> int:
-    """Append the middles of unseen voxels that count as occupied and border on seen free space.
+    """Append the middles of the outermost unseen voxels that count as occupied.
 
     Args:
         grid: The grid.
@@ -54,7 +54,7 @@ def hidden_points(
         middle: Middle of the area [m].
         body_layers: Bits of the layers that are free where the base has stood.
         above: Whether all that is unseen right above an occupied voxel counts.
-        behind: How far, in voxels, unseen space next to an occupied voxel counts.
+        behind: How far, in voxels, unseen space behind an occupied voxel counts.
         out: Points, shape (M, 3), m; those from `found` on are overwritten.
         found: How many points `out` holds.
 
@@ -74,11 +74,9 @@ def hidden_points(
             hidden = filled[i, j] & unseen[i, j]
             if hidden == 0:
                 continue
-            free = ~(filled[i, j] | unseen[i, j])
-            beside = free << BIT | free >> BIT
-            for k, m in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
-                beside |= ~(filled[k, m] | unseen[k, m])
-            shell = hidden & beside
+            inside = filled[i, j] << BIT & (filled[i, j] >> BIT)
+            inside &= filled[i - 1, j] & filled[i + 1, j] & filled[i, j - 1] & filled[i, j + 1]
+            shell = hidden & ~inside
             for z in range(grid.place.shape[2]):
                 if shell >> np.uint64(z) & BIT and found < len(out):
                     out[found, 0] = (first_x + i - 0.5) * size
@@ -124,10 +122,17 @@ def _filled_upwards(occupied: np.uint64, unseen: np.uint64) -> np.uint64:
 
 @njit(cache=True)
 def _grow(unseen: np.ndarray, filled: np.ndarray, grown: np.ndarray) -> None:
-    """Grow by one voxel in all six directions into the unseen; compiles to vector instructions."""
+    """Grow by one voxel into the unseen, away from the middle; compiles to vector instructions.
+
+    The robot, in the middle, saw the near side of things.
+    """
     side = len(unseen) - 2
+    half = side // 2
     for i in range(1, side + 1):
-        for j in range(1, side + 1):
-            own = filled[i, j]
-            near = filled[i - 1, j] | filled[i + 1, j] | filled[i, j - 1] | filled[i, j + 1]
-            grown[i, j] = own | (unseen[i, j] & (near | own << BIT | own >> BIT))
+        nearer = i - 1 if i > half else i + 1
+        for j in range(1, half + 1):
+            near = filled[nearer, j] | filled[i, j + 1]
+            grown[i, j] = filled[i, j] | (unseen[i, j] & near)
+        for j in range(half + 1, side + 1):
+            near = filled[nearer, j] | filled[i, j - 1]
+            grown[i, j] = filled[i, j] | (unseen[i, j] & near)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from horf_env.perception.ground import mark_points, mark_standing, unseen_ground
+from horf_env.perception.ground import mark_points, mark_standing, points_seen, unseen_ground
 from horf_env.perception.hidden import hidden_points, hidden_space
 from horf_env.perception.memory import View
 from horf_env.perception.rays import carve, insert, mark_rays
@@ -44,7 +44,7 @@ class MapSettings:
         history: How long a point is remembered after it was last seen [s]; inf for ever.
         carving: Whether points that the camera sees through are forgotten.
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
-        fill_behind: How far unseen space next to an occupied voxel counts as occupied [m].
+        fill_behind: How far unseen space behind an occupied voxel counts as occupied [m].
         guard_unseen_ground: Whether unseen ground is told to the control layer.
         near: Within this distance of the base all points are used [m], beyond every second one.
         far: Beyond this distance none is [m].
@@ -155,6 +155,10 @@ class LocalMap:
             self._grid, x, y, self._body_layers, self._grace, self._steps, self._ground
         )
         return self._ground[:found].copy()
+
+    def seen(self, points: FloatArray) -> np.ndarray:
+        """Which of the points (N, 3) [m] lie in voxels that were seen, free or not; shape (N,)."""
+        return np.asarray(points_seen(self._grid, points))
 
     def _stand(self, T_world_base: FloatArray, radius: float) -> None:
         theta = float(np.arctan2(T_world_base[1, 0], T_world_base[0, 0]))

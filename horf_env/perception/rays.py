@@ -104,7 +104,7 @@ def carve(
 ) -> None:
     """Forget points that the camera now sees through.
 
-    A frame misses a point if all nine pixels around its image are valid and show something
+    A frame misses a point if the pixel of its image and all beside it are valid and show something
     clearly farther away: an edge between two rays, or a hole in the image, is no evidence.
 
     Args:
@@ -132,9 +132,9 @@ def carve(
         y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
         column = int(np.floor(focal[0] * x / z + 0.5 * width))
         row = int(np.floor(focal[1] * y / z + 0.5 * height))
-        if not (1 <= column < width - 1 and 1 <= row < height - 1):
+        if not (0 <= column < width and 0 <= row < height):
             continue
-        least = depth[row - 1 : row + 2, column - 1 : column + 2].min()
+        least = depth[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2].min()
         if least > z + _CLEARLY + _DEVIATIONS * noise * z * z:
             grid.misses[entry] += 1
             if grid.misses[entry] >= most_misses:

@@ -1,0 +1,68 @@
+"""Rows that keep the base off unseen ground."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from horf_env.control.unseen import UnseenGround
+from horf_env.robot import ARM_READY, integrate
+from horf_env.robot.footprint import FOOTPRINT
+
+ROWS = UnseenGround(gain=2.0, margin=0.03)
+
+
+def tick_with(make_tick, places, base=(0.0, 0.0, 0.0)):
+    q = np.concatenate([base, ARM_READY])
+    return replace(make_tick(q, np.empty((0, 3)), np.zeros(6)), unseen=np.asarray(places, float))
+
+
+def distance(configuration, place):
+    x, y, theta = configuration[:3]
+    c, s = np.cos(theta), np.sin(theta)
+    local = np.array([[c, s], [-s, c]]) @ (place - [x, y])
+    return np.linalg.norm(local - np.clip(local, FOOTPRINT[::2], FOOTPRINT[1::2]))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_are_the_rate_of_the_distance(make_tick, seed):
+    rng = np.random.default_rng(seed)
+    place, base = rng.uniform(-1.5, 1.5, 2), rng.uniform(-0.2, 0.2, 3)
+    tick = tick_with(make_tick, [place], base)
+    G, _ = ROWS.rows(tick)
+    row = G[np.abs(G).max(axis=1) > 0]
+    if distance(tick.state.configuration, place) == 0.0:
+        assert len(row) == 0
+        return
+    assert row.shape == (1, 9)
+    velocity, step = rng.uniform(-1, 1, 9), 1e-6
+    q = tick.state.configuration
+    ahead, back = integrate(q, velocity, step), integrate(q, -velocity, step)
+    rate = (distance(ahead, place) - distance(back, place)) / (2 * step)
+    assert row[0] @ velocity == pytest.approx(-rate, abs=1e-6)
+
+
+def test_only_the_nearest_place_of_a_direction_counts(make_tick):
+    G, h = ROWS.rows(tick_with(make_tick, [[-1.5, 0.01], [-0.6, 0.01], [-0.9, 0.01]]))
+    active = np.flatnonzero(np.abs(G).max(axis=1))
+    assert len(active) == 1
+    assert h[active[0]] <= 2.0 * (0.25 - 0.03)
+
+
+def test_reversing_is_limited_and_driving_on_is_not(make_tick):
+    G, h = ROWS.rows(tick_with(make_tick, [[-0.5, 0.0], [-0.5, 0.1], [-0.5, -0.1]]))
+    assert (G @ [1.0, *np.zeros(8)] <= h).all()
+    assert not (G @ [-1.0, *np.zeros(8)] <= h).all()
+
+
+def test_standing_still_is_always_allowed(make_tick):
+    places = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
+    _, h = ROWS.rows(tick_with(make_tick, places))
+    assert (h >= 0.0).all()
+
+
+def test_without_unseen_ground_nothing_is_said(make_tick):
+    G, h = ROWS.rows(tick_with(make_tick, np.empty((0, 2))))
+    assert not G.any()
+    assert (h > 0.0).all()
+    assert len(ROWS.names()) == len(h)
