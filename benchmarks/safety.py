@@ -103,7 +103,8 @@ def drive(env: gym.Env[Any, Any], planner: Planner, scene: str, k: int, split: s
             finite &= all(np.isfinite(part).all() for part in observation.values())
             done = terminated or truncated
         outcome = info["failure"] or "success"
-        contact = "/".join(info["contact"] or ())
+        touching = env.unwrapped.contact  # type: ignore[attr-defined]
+        contact = "/".join(touching or ())
     except Exception as error:
         outcome = f"error {type(error).__name__}: {error}"
     seconds = info.get("execution_time", np.nan)

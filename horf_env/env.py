@@ -207,6 +207,11 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         """The depth camera."""
         return self._camera
 
+    @property
+    def contact(self) -> tuple[str, str] | None:
+        """Link and obstacle ("boxes[3]", "floor", a link of the base) that touch, or None."""
+        return self._contact
+
     def render(self) -> np.ndarray | None:
         """Picture of robot and scene, uint8, shape (480, 640, 3); None without a render mode."""
         return self._world.render_rgb() if self.render_mode == "rgb_array" else None
@@ -297,7 +302,6 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         failure = "" if success else "collision" if self._collided else "timeout"
         return {
             "failure": failure,
-            "contact": self._contact,
             "path_length_base": self._path_base,
             "path_length_ee": self._path_ee,
             "execution_time": self._steps * STEP,
