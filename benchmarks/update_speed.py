@@ -1,7 +1,9 @@
 """Cost of one gradient step beside SB3's SAC and other peers: one thread, one process, alternating.
 
 Medians of processor time and the medians of paired ratios count, not the absolute times. The floor
-is the arithmetic of our step over the measured rate of a matrix product of its shape.
+is the arithmetic of our step over the measured rate of a matrix product of its shape. Peers that
+are not installed are skipped with a note: SBX (`pip install sbx-rl`) and the fork of SB3 by the
+authors of DSAC.
 
     python benchmarks/update_speed.py [--rounds 15] [--out benchmarks/results/update_speed.json]
 """
@@ -12,9 +14,11 @@ import argparse
 import datetime
 import importlib
 import json
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +32,11 @@ from torch.utils.flop_counter import FlopCounterMode
 
 from sb3_bayes_dsac.common.encoders import DepthEncoder
 
+# SBX runs on XLA, which is told to use one thread before it starts.
+os.environ.setdefault(
+    "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+)
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
 BATCH = 256
 SEED = 0
 # Name -> class of each rival; those that are not installed are skipped with a note.
@@ -90,6 +99,17 @@ def load(target: str) -> type[Any] | None:
     return cls
 
 
+def peer_versions() -> dict[str, str]:
+    """Versions of the optional peers."""
+    found = {}
+    for name in ("sbx-rl", "jax"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "missing"
+    return found
+
+
 def make(cls: type[Any], case: Case) -> Any:
     """A model with a buffer full of random transitions and a silent logger."""
     depth = isinstance(case.observations, spaces.Dict)
@@ -139,7 +159,6 @@ def compare(case: Case, rounds: int, calls: int) -> dict[str, Any]:
 
     def work(model: Any) -> None:
         for _ in range(calls):
-            # SBX counts environment steps by itself and asks for none.
             model.train(case.replay_ratio, BATCH)
 
     for model in models.values():
@@ -187,7 +206,7 @@ def main() -> None:
     result: dict[str, Any] = {
         "date": datetime.date.today().isoformat(),
         "machine": machine(),
-        "versions": versions(),
+        "versions": versions() | peer_versions(),
         "revision": git_revision(),
         "threads": th.get_num_threads(),
         "seed": SEED,

@@ -106,7 +106,8 @@ def ensemble_mlp(
         layers.append(EnsembleLinear(n, width_in, width_out))
         if layer_norm:
             layers.append(EnsembleLayerNorm(n, width_out))
-        layers.append(activation_fn())
+        # The layer before it needs no output of its own for its gradient.
+        layers.append(nn.ReLU(inplace=True) if activation_fn is nn.ReLU else activation_fn())
     return nn.Sequential(*layers, EnsembleHeads(n, sizes[-2], sizes[-1]))
 
 

@@ -31,6 +31,14 @@ from sb3_bayes_dsac.errors import ArgumentError, UnsupportedSpaceError
 Batch: TypeAlias = ReplayBufferSamples | DictReplayBufferSamples
 
 
+def forget_gradients(optimizers: list[th.optim.Optimizer]) -> None:
+    """What `zero_grad` of each does, at a tenth of its cost: it has hooks that nobody uses."""
+    for optimizer in optimizers:
+        for group in optimizer.param_groups:
+            for weight in group["params"]:
+                weight.grad = None
+
+
 class SoftActorCritic(OffPolicyAlgorithm):
     """Soft actor-critic with batched critics; a subclass says what they learn from.
 
@@ -174,8 +182,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
             # All gradients come from the weights before the step, in one backward pass. No weight
             # belongs to two losses, except an encoder that is meant to learn from both.
             due = optimizers if update_actor else optimizers[:1]
-            for optimizer in due:
-                optimizer.zero_grad()
+            forget_gradients(due)
             th.autograd.backward(th.stack(list(losses.values())).sum())
             for optimizer in due:
                 optimizer.step()
