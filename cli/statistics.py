@@ -14,6 +14,7 @@ from scipy.stats import binomtest, trim_mean
 from horf_env.types import FloatArray
 
 _CONFIDENCE = 0.95
+_TAILS = (50.0 * (1.0 - _CONFIDENCE), 50.0 * (1.0 + _CONFIDENCE))  # percentiles
 _TRIMMED = 0.25  # at each end: what is left is the interquartile mean
 _RESAMPLES = 2000  # of a bootstrap; the end of a 95 % interval then varies by 2 % of its width
 
@@ -112,9 +113,8 @@ def bootstrap_interval(
     """
     _, n_runs, n_tasks = runs.shape
     drawn = rng.integers(n_runs, size=(_RESAMPLES, n_runs, n_tasks))
-    values = np.array([statistic(np.take_along_axis(runs, k[None], axis=1)) for k in drawn])
-    tail = 50.0 * (1.0 - _CONFIDENCE)
-    low, high = np.percentile(values, [tail, 100.0 - tail], axis=0)
+    values = statistic(runs[:, drawn, np.arange(n_tasks)])
+    low, high = np.percentile(values, _TAILS, axis=-1)
     return np.asarray(low), np.asarray(high)
 
 
@@ -144,6 +144,5 @@ def improvement_interval(
         return np.take_along_axis(runs, rng.integers(len(runs), size=runs.shape), axis=0)
 
     values = [probability_of_improvement(drawn(a), drawn(b)) for _ in range(_RESAMPLES)]
-    tail = 50.0 * (1.0 - _CONFIDENCE)
-    low, high = np.percentile(values, [tail, 100.0 - tail])
+    low, high = np.percentile(values, _TAILS)
     return float(low), float(high)
