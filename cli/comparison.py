@@ -17,7 +17,7 @@ from .runs import Manifest, RunFolder
 from .training import RunResult, train
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TrainJob:
     """A run that is to exist, under a folder of runs.
 
@@ -91,9 +91,7 @@ def plan(
     """
     root = root.resolve()  # workers may have another working folder
     return [
-        TrainJob(
-            base.model_copy(update={"algo": algo, "replay_ratio": ratio, "seed": seed}), root
-        )
+        TrainJob(base.model_copy(update={"algo": algo, "replay_ratio": ratio, "seed": seed}), root)
         for seed, ratio, algo in product(seeds, ratios, algos)
     ]
 

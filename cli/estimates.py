@@ -19,7 +19,9 @@ _PROBE_STEPS = 200
 _LEARNING_SHARE = 0.8  # of a short run's steps: the first fifth is warm-up
 
 
-def seconds_per_step(jobs: Sequence[TrainJob], note: Callable[[str], None]) -> dict[TrainJob, float]:
+def seconds_per_step(
+    jobs: Sequence[TrainJob], note: Callable[[str], None]
+) -> dict[TrainJob, float]:
     """Seconds a step of each job, evaluations included.
 
     Taken from an earlier run of the same kind under the same root; where there is none, a run of
@@ -29,7 +31,7 @@ def seconds_per_step(jobs: Sequence[TrainJob], note: Callable[[str], None]) -> d
         jobs: The jobs.
         note: Told what is measured now.
     """
-    speeds: dict[TrainConfig, float] = {}
+    speeds: dict[str, float] = {}
     for job in jobs:
         kind = _kind(job.config)
         if kind not in speeds:
@@ -37,10 +39,10 @@ def seconds_per_step(jobs: Sequence[TrainJob], note: Callable[[str], None]) -> d
     return {job: speeds[_kind(job.config)] for job in jobs}
 
 
-def _kind(config: TrainConfig) -> TrainConfig:
-    """What runs of the same speed share."""
-    protocol = Protocol(every=1, episodes=1, final_episodes=1)
-    return config.model_copy(update={"steps": 1, "seed": 0, "protocol": protocol})
+def _kind(config: TrainConfig) -> str:
+    """What runs of the same speed share: all but length, seed and evaluations."""
+    same = {"steps": 1, "seed": 0, "protocol": Protocol()}
+    return config.model_copy(update=same).content_hash()
 
 
 def _earlier(job: TrainJob) -> float | None:

@@ -11,10 +11,12 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from .commands.compare import compare
 from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.evaluate import evaluate
 from .commands.replay import replay
+from .commands.report import report
 from .commands.scenes import scenes
 from .commands.train import train
 from .exit_codes import exit_code, one_line
@@ -46,7 +48,7 @@ app = typer.Typer(
     "130 interrupted.",
 )
 
-for command in (demo, train, evaluate, replay, scenes, doctor):
+for command in (demo, train, compare, report, evaluate, replay, scenes, doctor):
     app.command()(command)
 
 

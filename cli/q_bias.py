@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
-from sb3_bayes_dsac import estimate_q_bias
+from sb3_bayes_dsac.common.q_bias import estimate_q_bias
 from sb3_bayes_dsac.errors import ArgumentError
 
 from .algorithms import catalogue

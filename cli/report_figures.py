@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from horf_env.types import FloatArray
 
@@ -103,7 +104,7 @@ def q_biases(groups: Sequence[Group]) -> str | None:
     found = [
         (group.label, values)
         for group in groups
-        if (values := [r.q_bias["normalized_mean"] for r in group.runs if _has_bias(r)])
+        if (values := [run.bias for run in group.runs if run.bias is not None])
     ]
     if not found:
         return None
@@ -114,10 +115,6 @@ def q_biases(groups: Sequence[Group]) -> str | None:
     _name_rows(axes[0, 0], [label for label, _ in found])
     axes[0, 0].set_xlabel("(predicted - Monte-Carlo return) / |mean return|: runs, IQM, interval")
     return _svg(figure)
-
-
-def _has_bias(run: RunData) -> bool:
-    return run.q_bias is not None and "normalized_mean" in run.q_bias
 
 
 def _grid(
@@ -136,7 +133,9 @@ def _grid(
                     _band(ax, *on_grid(found, axis), statistic, group.label, k)
                     drawn += 1
             ax.set(xlabel=_AXES[axis], ylabel=label)
-            ax.margins(x=0.02)
+            ax.xaxis.set_major_locator(MaxNLocator(5))
+            if "success" in name:
+                ax.set_ylim(-0.03, 1.03)
     if not drawn:
         return None
     figure.legend(

@@ -83,8 +83,8 @@ def interval(
     """
     runs = values[None, :, None] if values.ndim == 1 else values
     low, high = bootstrap_interval(runs, statistic, np.random.default_rng(_SEED))
-    found = (statistic(runs), low, high)
-    return tuple(x[0] for x in found) if values.ndim == 1 else found  # type: ignore[return-value]
+    middle = statistic(runs)
+    return (middle[0], low[0], high[0]) if values.ndim == 1 else (middle, low, high)
 
 
 def final_rows(groups: Sequence[Group]) -> list[FinalRow]:
@@ -113,7 +113,7 @@ def _row(group: Group) -> FinalRow:
     counts = [sum(run.outcomes()[name] for run in ended) for name in OUTCOMES]
     hours = float(np.mean([run.hours for run in group.runs]))
     seconds = _SECONDS * sum(run.hours for run in group.runs)
-    biases = [r.q_bias["normalized_mean"] for r in group.runs if r.q_bias and "mean" in r.q_bias]
+    biases = [run.bias for run in group.runs if run.bias is not None]
     return FinalRow(
         label=group.label,
         runs=f"{len(ended)} of {len(group.runs)}",

@@ -61,13 +61,21 @@ class RunData:
     @property
     def ratio(self) -> float | None:
         """Gradient steps an environment step; None for on-policy algorithms."""
-        value = self.manifest.arguments.get("replay_ratio")
-        return None if value is None else float(value)
+        arguments = self.manifest.arguments
+        if "train_freq" not in arguments:
+            return None
+        joint_steps = arguments["train_freq"] * self.manifest.config.n_envs
+        return float(arguments["gradient_steps"] / joint_steps)
 
     @cached_property
     def final(self) -> pa.Table:
         """Episodes of the evaluation at the end; none if the run did not get there."""
         return self.evaluations.filter(pc.equal(self.evaluations["protocol"], "validation"))
+
+    @property
+    def bias(self) -> float | None:
+        """Normalised bias of Q; None if it was not measured."""
+        return (self.q_bias or {}).get("normalized_mean")
 
     @property
     def final_return(self) -> float:
@@ -186,7 +194,9 @@ def _averaged(step: Any, seconds: Any, value: Any, key: Any) -> Points:
     table = pa.table(
         {"key": key, "step": step, "seconds": seconds, "value": pc.cast(value, pa.float64())}
     )
-    means = table.group_by("key").aggregate([("step", "max"), ("seconds", "max"), ("value", "mean")])
+    means = table.group_by("key").aggregate(
+        [("step", "max"), ("seconds", "max"), ("value", "mean")]
+    )
     means = means.sort_by("key")
     return Points(
         step=means["step_max"].to_numpy().astype(float),

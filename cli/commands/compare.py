@@ -16,10 +16,10 @@ from ..options import (
     EXECUTION,
     EXPERIMENT,
     OUTPUT,
+    SCENE,
     Address,
     BackendName,
     Json,
-    Scene,
     listed,
 )
 
@@ -52,10 +52,9 @@ Algos = Annotated[
 ]
 Seeds = Annotated[
     str | None,
-    typer.Option(
-        help="As 0-4, or 0,2,7.", show_default="0-4", rich_help_panel=EXPERIMENT
-    ),
+    typer.Option(help="As 0-4, or 0,2,7.", show_default="0-4", rich_help_panel=EXPERIMENT),
 ]
+CompareScene = Annotated[str, SCENE]
 Steps = Annotated[
     int, typer.Option(min=1, help="Environment steps a run.", rich_help_panel=EXPERIMENT)
 ]
@@ -113,7 +112,7 @@ def compare(
     seeds: Seeds = None,
     steps: Steps = 100_000,
     replay_ratios: Ratios = "",
-    scene: Scene = "forest",
+    scene: CompareScene = "forest",
     config: Config = None,
     parameters: Parameters = None,
     smoke: Smoke = False,
@@ -199,12 +198,14 @@ def _print_plan(jobs: Sequence[TrainJob], workers: int, *, as_json: bool) -> Non
     for row in rows:
         table.add_row(*map(str, row.values()))
     results().print(table)
-    results().print(f"about {total:g} min with {workers} at a time, if all have a core of their own")
+    results().print(
+        f"about {total:g} min with {workers} at a time, if all have a core of their own"
+    )
 
 
 def _run(jobs: Sequence[TrainJob], engine: Backend) -> list[JobState]:
-    from ..comparison import run_jobs
     from ..compare_progress import CompareProgress
+    from ..comparison import run_jobs
     from ..console import notes
 
     with CompareProgress(notes(), jobs) as progress:

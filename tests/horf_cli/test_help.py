@@ -16,7 +16,18 @@ finally:
 
 
 @pytest.mark.parametrize(
-    "command", [[], ["demo"], ["train"], ["evaluate"], ["replay"], ["scenes"], ["doctor"]]
+    "command",
+    [
+        [],
+        ["demo"],
+        ["train"],
+        ["compare"],
+        ["report"],
+        ["evaluate"],
+        ["replay"],
+        ["scenes"],
+        ["doctor"],
+    ],
 )
 def test_help_answers_without_heavy_imports(command):
     # The names come last, behind an end of options that --help never reaches.
