@@ -15,6 +15,7 @@ from .commands.compare import compare
 from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.evaluate import evaluate
+from .commands.export import export
 from .commands.replay import replay
 from .commands.report import report
 from .commands.scenes import scenes
@@ -48,7 +49,7 @@ app = typer.Typer(
     "130 interrupted.",
 )
 
-for command in (demo, train, compare, report, evaluate, replay, scenes, doctor):
+for command in (demo, train, compare, report, export, evaluate, replay, scenes, doctor):
     app.command()(command)
 
 

@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from stable_baselines3.common.base_class import BaseAlgorithm
 
 from horf_env.types import N_VELOCITIES, FloatArray
 
 from .algorithms import catalogue
 from .checkpoints import BEST, POLICY, DamagedCheckpointError, checkpoints
-from .environments import Env
+from .environments import Env, EnvSettings
 from .exit_codes import CliError
 from .metrics import DamagedFileWarning
-from .policy_files import read_policy
+from .policy_files import policy_bytes, read_policy
 from .runs import RunFolder
 
 
@@ -55,7 +56,8 @@ def load_policy(path: Path, *, trust: bool = False) -> PolicyPlanner:
         CliError: If it is none of these, or a zip is not trusted.
     """
     if path.suffix == ".zip":
-        return _from_zip(path, trust=trust)
+        _, model = _from_zip(path, trust=trust)
+        return PolicyPlanner(model, _action_layer(model))
     settings, policy = read_policy(policy_file(path))
     return PolicyPlanner(policy, settings.env.action_layer)
 
@@ -79,18 +81,38 @@ def policy_file(path: Path) -> Path:
     raise CliError(f"{path}: no sound checkpoint in there; the first comes after an evaluation")
 
 
-def _from_zip(path: Path, *, trust: bool) -> PolicyPlanner:
+def exported(path: Path, *, trust: bool = False) -> bytes:
+    """A policy as the content of a file that `load_policy` reads without unpickling.
+
+    Args:
+        path: As for `load_policy`.
+        trust: As for `load_policy`.
+
+    Raises:
+        CliError: If there is no policy, or a zip is not trusted.
+    """
+    if path.suffix != ".zip":
+        file = policy_file(path)
+        read_policy(file)
+        return file.read_bytes()
+    algo, model = _from_zip(path, trust=trust)
+    env = EnvSettings(action_layer=_action_layer(model))
+    return policy_bytes(model, algo=algo, env=env)
+
+
+def _from_zip(path: Path, *, trust: bool) -> tuple[str, BaseAlgorithm]:
+    """Name of the algorithm, and the model."""
     if not trust:
         raise CliError(
             f"{path}: loading a zip of Stable-Baselines3 unpickles it, which may run any code. "
-            "Ask for the file of `horf export`, or give --trust if you made it yourself"
+            "Ask for the file of `horf export`, or make it with --trust if the zip is your own"
         )
     try:
-        algorithm = catalogue().algorithm(_algorithm_of(path)).load()
-        model = algorithm.load(path, device="cpu")
+        algo = _algorithm_of(path)
+        model = catalogue().algorithm(algo).load().load(path, device="cpu")
     except (OSError, ValueError, KeyError, RuntimeError, zipfile.BadZipFile) as error:
         raise CliError(f"{path}: no model of Stable-Baselines3 ({error})") from error
-    return PolicyPlanner(model, _action_layer(model.action_space.shape[0]))
+    return algo, model
 
 
 def _algorithm_of(path: Path) -> str:
@@ -103,6 +125,6 @@ def _algorithm_of(path: Path) -> str:
     raise CliError(f"{path}: no algorithm of `horf train` has policies of {module}")
 
 
-def _action_layer(size: int) -> str:
+def _action_layer(model: BaseAlgorithm) -> str:
     """A zip does not say what its actions are; nine numbers are velocities, six a twist."""
-    return "joint_velocity" if size == N_VELOCITIES else "sdf_qp"
+    return "joint_velocity" if model.action_space.shape == (N_VELOCITIES,) else "sdf_qp"

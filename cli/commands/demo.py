@@ -11,6 +11,8 @@ import typer
 from ..options import Json
 
 if TYPE_CHECKING:
+    from horf_env.planners import Planner
+
     from ..episodes import Trial
 
 _METHOD = "hra"
@@ -22,6 +24,10 @@ def demo(
         Path, typer.Option(help="Folder to make; a number is added to the name if it is taken.")
     ] = Path("demo"),
     instance: Annotated[int, typer.Option(min=0, help="Test instance of each scene.")] = 0,
+    policy: Annotated[
+        Path | None,
+        typer.Option(help="A file of `horf export` or a run folder, instead of the servo."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Drive the robot through one instance of each scene: table, recordings, pictures.
@@ -36,22 +42,32 @@ def demo(
 
     for scene in SCENES:
         test_instance(scene, instance)  # a wrong number is refused before a folder is made
+    name, planner = _method(policy)
     folder = new_folder(out)
     trials = []
     with notes().status("loading") as status:
         for scene in SCENES:
             status.update(f"driving through scene {scene}")
-            trials.append(_drive(scene, instance, folder))
+            trials.append(_drive(name, planner, scene, instance, folder))
     if as_json:
         print_json({"folder": str(folder), "trials": [asdict(trial) for trial in trials]})
         return
     console = results()
-    console.print(trial_table(trials, title=f"{_METHOD}, instance {instance} of each scene"))
+    console.print(trial_table(trials, title=f"{name}, instance {instance} of each scene"))
     console.print(f"recordings (.rrd) and pictures (.png): {folder}")
 
 
-def _drive(scene: str, instance: int, folder: Path) -> Trial:
-    from horf_env.planners import PLANNERS
+def _method(policy: Path | None) -> tuple[str, Planner]:
+    if policy is None:
+        from horf_env.planners import PLANNERS
+
+        return _METHOD, PLANNERS[_METHOD]()
+    from ..policies import load_policy
+
+    return policy.stem, load_policy(policy)
+
+
+def _drive(name: str, planner: Planner, scene: str, instance: int, folder: Path) -> Trial:
     from horf_env.recording import EpisodeRecorder
     from horf_env.robot import RobotState
 
@@ -60,13 +76,13 @@ def _drive(scene: str, instance: int, folder: Path) -> Trial:
     from ..path_figure import save_path_figure
     from ..recordings import save_recording
 
-    planner, recorder = PLANNERS[_METHOD](), EpisodeRecorder()
+    recorder = EpisodeRecorder()
     states: list[RobotState] = []
     env = make_env(EnvSettings(scene=scene, action_layer=planner.action_layer))
     trial = run_episode(
         env,
         planner,
-        method=_METHOD,
+        method=name,
         scene=scene,
         instance=instance,
         observers=[

@@ -23,6 +23,7 @@ finally:
         ["train"],
         ["compare"],
         ["report"],
+        ["export"],
         ["evaluate"],
         ["replay"],
         ["scenes"],

@@ -1,0 +1,140 @@
+"""Kill a training run with SIGKILL at random moments, resume it each time, compare the end.
+
+python benchmarks/kill_resume.py --kills 20 --seed 0 --folder kill_resume
+
+The same settings are run once without interruption. Everything that is no wall time has to be
+equal: weights, best weights, every row of metrics and evaluations, counters. Episodes are short, so
+that kills also fall into resets, evaluations, checkpoints and the repetition of episodes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.compute as pc
+import safetensors.torch
+import torch as th
+from horf_cli.checkpoints import checkpoints
+from horf_cli.metrics import read_evaluations, read_metrics
+from horf_cli.provenance import git_revision, machine, versions
+from horf_cli.runs import RunFolder
+
+PROGRAM = "import horf_env.env; horf_env.env.MAX_STEPS = 40; from horf_cli.main import main; main()"
+SETTINGS = {
+    "algo": "bayes_dsac",
+    "steps": "400",
+    "env.scene": "room",
+    "batch_size": "32",
+    "protocol.every": "60",
+    "protocol.episodes": "1",
+    "protocol.final_episodes": "2",
+    "storage.checkpoint_every": "20",
+}
+WALL = ["wall_time", "planning_time", "total_time", "planning_p50", "planning_p99"]
+
+
+def horf(*arguments: str) -> subprocess.Popen[bytes]:
+    """Start `horf train` with short episodes."""
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, "train", *arguments],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+def begin(root: Path) -> tuple[subprocess.Popen[bytes], Path]:
+    """Start a run; returns it and its folder."""
+    words = [word for key, value in SETTINGS.items() for word in ("-p", f"{key}={value}")]
+    process = horf(*words, "--out", str(root))
+    while not (found := list(root.glob("*/*/*/manifest.json"))):
+        time.sleep(0.01)
+        assert process.poll() is None, "the run did not begin"
+    return process, found[0].parent
+
+
+def kill_and_resume(
+    root: Path, kills: int, seconds: float, rng: random.Random
+) -> dict[str, object]:
+    """One run, killed so many times within so many seconds of each session."""
+    process, run = begin(root)
+    moments, done = [], 0
+    while done < kills:
+        moment = rng.uniform(0.0, seconds)
+        try:
+            process.wait(moment)
+        except subprocess.TimeoutExpired:
+            os.kill(process.pid, signal.SIGKILL)
+            process.wait()
+            done += 1
+            newest = checkpoints(run / "checkpoints")
+            moments.append({"after_s": round(moment, 2), "step": newest[0].step if newest else 0})
+        else:
+            break  # finished before all kills
+        process = horf("--resume", str(run), "--exact")
+    return {"folder": str(run), "exit_code": process.wait(), "kills": moments}
+
+
+def rows(table: object, names: list[str]) -> list[object]:
+    """Rows without wall times."""
+    return table.drop_columns([n for n in names if n in table.column_names]).to_pylist()  # type: ignore[attr-defined]
+
+
+def compare(a: Path, b: Path) -> dict[str, bool]:
+    """What is equal in two runs."""
+    metrics = [read_metrics(run) for run in (a, b)]
+    counted = [t.filter(pc.invert(pc.starts_with(t["name"], "time/"))) for t in metrics]
+    evaluations = [read_evaluations(run) for run in (a, b)]
+    newest = [checkpoints(run / "checkpoints")[0] for run in (a, b)]
+    found = {
+        "metrics": rows(counted[0], WALL) == rows(counted[1], WALL),
+        "evaluations": rows(evaluations[0], WALL) == rows(evaluations[1], WALL),
+        "steps": len({RunFolder(run).read().steps_done for run in (a, b)}) == 1,
+    }
+    for name in ("policy.safetensors", "best.safetensors"):
+        left, right = (safetensors.torch.load_file(point.verified(name)) for point in newest)
+        found[name] = all(th.equal(left[key], right[key]) for key in left | right)
+    return found
+
+
+def main() -> None:
+    """Run both, print JSON."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--folder", type=Path, required=True, help="new folder for both runs")
+    arguments = parser.parse_args()
+    arguments.folder.mkdir()
+    started = time.perf_counter()
+    process, straight = begin(arguments.folder / "straight")
+    assert process.wait() == 0
+    seconds = time.perf_counter() - started
+    # Half the time of the whole run: many kills come before the first checkpoint of a session.
+    killed = kill_and_resume(
+        arguments.folder / "killed", arguments.kills, seconds / 2, random.Random(arguments.seed)
+    )
+    run = Path(str(killed["folder"]))
+    table = read_metrics(run)
+    report = {
+        "settings": SETTINGS,
+        "seconds_without_kills": round(seconds, 1),
+        "killed": killed,
+        "status": RunFolder(run).read().status,
+        "rows": table.num_rows,
+        "equal": compare(straight, run),
+        "machine": machine(),
+        "versions": versions(),
+        "revision": git_revision(),
+    }
+    print(json.dumps(report, indent=2))
+
+
+if __name__ == "__main__":
+    main()
