@@ -69,6 +69,7 @@ def hidden_points(
     for _ in range(behind):
         _grow(unseen, filled, grown)
         filled, grown = grown, filled
+    _remember(grid, unseen, filled, first_x, first_y)
     for i in range(1, side + 1):
         for j in range(1, side + 1):
             hidden = filled[i, j] & unseen[i, j]
@@ -107,6 +108,20 @@ def _load(
             unseen = ~(seen | occupied) & all_layers
             space.unseen[i, j] = unseen
             space.filled[i, j] = _filled_upwards(occupied, unseen) if above else occupied
+
+
+@njit(cache=True)
+def _remember(
+    grid: VoxelGrid, unseen: np.ndarray, filled: np.ndarray, first_x: int, first_y: int
+) -> None:
+    """Join what is hidden from here with what was hidden from where the robot was before."""
+    n, side = len(grid.seen), len(unseen) - 2
+    for i in range(1, side + 1):
+        for j in range(1, side + 1):
+            column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
+            hidden = (grid.hidden[column] | filled[i, j]) & unseen[i, j]
+            grid.hidden[column] = hidden
+            filled[i, j] |= hidden
 
 
 @njit(cache=True)

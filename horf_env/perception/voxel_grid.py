@@ -30,6 +30,7 @@ class VoxelGrid(NamedTuple):
         first: World numbers of the window's first column, shape (2,).
         seen: Layers that a ray has passed or the base has covered, bits, shape (C, C).
         occupied: Layers with a surface point, bits, shape (C, C).
+        hidden: Layers that were behind a surface when the robot saw it, bits, shape (C, C).
         place: Where an occupied voxel's point is in the lists below, -1 for none; (C, C, Z).
         length: Length of the lists, shape (1,).
         point: Surface point in the world [m], shape (N, 3).
@@ -43,6 +44,7 @@ class VoxelGrid(NamedTuple):
     first: np.ndarray
     seen: np.ndarray
     occupied: np.ndarray
+    hidden: np.ndarray
     place: np.ndarray
     length: np.ndarray
     point: np.ndarray
@@ -68,6 +70,7 @@ def empty_grid(size: float, columns: int, layers: int) -> VoxelGrid:
         first=np.full(2, -columns // 2, dtype=np.int64),
         seen=np.zeros((columns, columns), dtype=np.uint64),
         occupied=np.zeros((columns, columns), dtype=np.uint64),
+        hidden=np.zeros((columns, columns), dtype=np.uint64),
         place=np.full((columns, columns, layers), -1, dtype=np.int32),
         length=np.zeros(1, dtype=np.int64),
         # Memory that is never written is never taken from the system: most of this is not.
@@ -113,9 +116,11 @@ def move_window(grid: VoxelGrid, x: float, y: float, since: float) -> None:
     for c in range(new_x, new_x + n):
         if not old_x <= c < old_x + n:
             grid.seen[c & (n - 1), :] = 0
+            grid.hidden[c & (n - 1), :] = 0
     for c in range(new_y, new_y + n):
         if not old_y <= c < old_y + n:
             grid.seen[:, c & (n - 1)] = 0
+            grid.hidden[:, c & (n - 1)] = 0
     grid.first[0], grid.first[1] = new_x, new_y
     for entry in range(grid.length[0] - 1, -1, -1):
         column_x = int(np.floor(grid.point[entry, 0] / size)) - new_x
