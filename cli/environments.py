@@ -13,6 +13,7 @@ import horf_env
 from horf_env.control import ACTION_LAYERS, control_preset
 from horf_env.env import HorfReachEnv
 from horf_env.errors import UnknownNameError
+from horf_env.faults import FAULTS, with_fault
 from horf_env.robot import limits_profile
 from horf_env.scenes import SCENES
 from horf_env.scenes.instances import instances
@@ -27,7 +28,7 @@ gym.register_envs(horf_env)
 
 
 class EnvSettings(BaseModel):
-    """Arguments of `horf/Reach-v0`; see there."""
+    """Arguments of `horf/Reach-v0`, see there, and a fault of `horf_env.faults` or None."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -38,6 +39,7 @@ class EnvSettings(BaseModel):
     perception: str = "camera"
     simulation: str = "kinematic"
     depth_noise: bool = False
+    fault: str | None = None
 
     def check(self) -> None:
         """Refuse what `make_env` would refuse, in a moment instead of seconds.
@@ -50,6 +52,7 @@ class EnvSettings(BaseModel):
         control_preset(self.control)
         limits_profile(self.limits)
         for kind, name, valid in (
+            *([("fault", self.fault, FAULTS)] if self.fault else []),
             ("action layer", self.action_layer, ACTION_LAYERS),
             ("perception", self.perception, PERCEPTIONS),
             ("simulation mode", self.simulation, MODES),
@@ -70,8 +73,8 @@ def make_env(settings: EnvSettings) -> Env:
         UnknownNameError: If one of the names is not valid.
         SceneFileError: If the scene file cannot be used.
     """
-    env: Env = gym.make("horf/Reach-v0", **settings.model_dump())
-    return env
+    env: Env = gym.make("horf/Reach-v0", **settings.model_dump(exclude={"fault"}))
+    return with_fault(env, settings.fault) if settings.fault else env
 
 
 def reach_env(env: Env) -> HorfReachEnv:

@@ -26,10 +26,12 @@ class Method:
     Attributes:
         name: As in tables.
         policy: Path of the policy that decides; None for a planner.
+        trust: Whether the policy may be a zip, which can run any code.
     """
 
     name: str
     policy: str | None = None
+    trust: bool = False
 
     @property
     def fingerprint(self) -> str:
@@ -45,12 +47,15 @@ class Method:
         )
 
 
-def parse_methods(names: Sequence[str], policies: Sequence[str]) -> list[Method]:
+def parse_methods(
+    names: Sequence[str], policies: Sequence[str], *, trust: bool = False
+) -> list[Method]:
     """Methods that a user named, each once, checked as far as that is cheap.
 
     Args:
         names: Names of planners, names given to policies, or paths of run folders.
         policies: "NAME=PATH", or "PATH" for the method "horf".
+        trust: Whether policies may be zips, which can run any code.
 
     Raises:
         UnknownNameError: If a name is none of them, or a policy's is not among the names.
@@ -60,7 +65,7 @@ def parse_methods(names: Sequence[str], policies: Sequence[str]) -> list[Method]
     for name in paths:
         if name not in names:
             raise UnknownNameError("method of a policy", name, names)
-    return [_method(name, paths) for name in dict.fromkeys(names)]
+    return [_method(name, paths, trust=trust) for name in dict.fromkeys(names)]
 
 
 def planner_names() -> list[str]:
@@ -78,7 +83,7 @@ def make_planner(method: Method) -> Planner:
     if method.policy is not None:
         from .policies import load_policy
 
-        return load_policy(Path(method.policy))
+        return load_policy(Path(method.policy), trust=method.trust)
     if method.name in PLANNERS:
         return PLANNERS[method.name]()
     added = _added()
@@ -92,7 +97,7 @@ def _named_policy(text: str) -> tuple[str, str]:
     return (name, path) if separator else (POLICY_METHOD, text)
 
 
-def _method(name: str, policies: dict[str, str]) -> Method:
+def _method(name: str, policies: dict[str, str], *, trust: bool) -> Method:
     if name in policies:
         path = policies[name]
     elif name in planner_names():
@@ -107,7 +112,7 @@ def _method(name: str, policies: dict[str, str]) -> Method:
         RunFolder.around(Path(path)).read()
     elif not Path(path).exists():
         raise CliError(f"{path}: no such file")
-    return Method(name, path)
+    return Method(name, path, trust)
 
 
 def _added() -> dict[str, EntryPoint]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from ..exit_codes import CliError
 from .backend import ATTEMPTS, Job, Outcome, Result, one_line
+
+_CONNECT_TIME = 5.0  # s
 
 
 class RayBackend:
@@ -45,6 +48,7 @@ class RayBackend:
     @contextmanager
     def _cluster(self) -> Iterator[Any]:
         options: dict[str, Any] = {"address": self._address}
+        _check_reachable(self._address)
         # Ray reads its environment when it is imported. It would tell its makers that it is used.
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
         if self._address is None:
@@ -63,6 +67,16 @@ class RayBackend:
             yield ray
         finally:
             ray.shutdown()
+
+
+def _check_reachable(address: str | None) -> None:
+    """Look first: Ray tries for minutes to reach a cluster that is not there."""
+    host, _, port = (address or "").rpartition(":")
+    if host and port.isdigit() and "/" not in host:
+        try:
+            socket.create_connection((host, int(port)), timeout=_CONNECT_TIME).close()
+        except OSError as error:
+            raise CliError(f"no Ray cluster at {address}: {one_line(error)}") from error
 
 
 def _outcome(ray: Any, reference: Any, index: int) -> Outcome[Any]:

@@ -68,6 +68,22 @@ Trials = Annotated[
         rich_help_panel=EXPERIMENT,
     ),
 ]
+Fault = Annotated[
+    str | None,
+    typer.Option(
+        help="What goes wrong: frame_dropped, frame_late, depth_noise, pixels_invalid, base_slip "
+        "or velocity_lag.",
+        rich_help_panel=EXPERIMENT,
+    ),
+]
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust",
+        help="Load a zip of Stable-Baselines3, which may run any code.",
+        rich_help_panel=EXPERIMENT,
+    ),
+]
 Out = Annotated[
     Path,
     typer.Option(
@@ -86,6 +102,8 @@ def evaluate(
     limits: Limits = "ld60",
     perception: Perception = "camera",
     simulation: Simulation = "kinematic",
+    fault: Fault = None,
+    trust: Trust = False,
     backend: BackendName = "local",
     workers: Workers = 1,
     address: Address = None,
@@ -106,7 +124,7 @@ def evaluate(
     from ..evaluation import plan
     from ..methods import parse_methods
 
-    found = parse_methods(listed(methods), policies or [])
+    found = parse_methods(listed(methods), policies or [], trust=trust)
     settings = [
         EnvSettings(
             scene=scene,
@@ -114,6 +132,7 @@ def evaluate(
             limits=limits,
             perception=perception,
             simulation=simulation,
+            fault=fault,
         )
         for scene in (SCENES if scenes == _ALL else listed(scenes))
     ]
@@ -210,7 +229,7 @@ def _notes(settings: Sequence[EnvSettings], trials: int) -> list[str]:
     env = settings[0]
     notes = [
         f"Control {env.control}, limits {env.limits}, perception {env.perception}, "
-        f"simulation {env.simulation}."
+        f"simulation {env.simulation}, fault {env.fault or 'none'}."
     ]
     if any(repeats(env.scene, trials) for env in settings):
         notes.append(

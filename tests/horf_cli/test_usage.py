@@ -17,6 +17,7 @@ import pytest
         (["evaluate", "--scenes", "room,isle"], "aisle"),
         (["evaluate", "--policy", "hfs=x", "--methods", "hfss,hra"], "hfss"),
         (["evaluate", "--backend", "rey"], "ray"),
+        (["evaluate", "--fault", "frame_lost"], "frame_late"),
     ],
 )
 def test_unknown_name_is_wrong_usage_with_the_nearest_name(
