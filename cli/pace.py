@@ -48,4 +48,5 @@ class Pace:
             success=float(np.mean(successes)) if successes else None,
             environment=times.environment / times.total,
             update=times.update / times.total,
+            evaluation=times.evaluation / times.total,
         )

@@ -25,6 +25,7 @@ class Snapshot:
         success: Share of them; None before the first.
         environment: Share of the time that environments took.
         update: Share of the time that gradient steps took.
+        evaluation: Share of the time that evaluation episodes took.
     """
 
     step: int
@@ -35,6 +36,7 @@ class Snapshot:
     success: float | None
     environment: float
     update: float
+    evaluation: float
 
     @property
     def outcome(self) -> str:
@@ -46,8 +48,13 @@ class Snapshot:
     @property
     def shares(self) -> str:
         """Where the time goes, in words."""
-        rest = max(1.0 - self.environment - self.update, 0.0)
-        return f"environment {self.environment:.0%}, update {self.update:.0%}, rest {rest:.0%}"
+        parts = {
+            "environment": self.environment,
+            "update": self.update,
+            "evaluation": self.evaluation,
+        }
+        rest = max(1.0 - sum(parts.values()), 0.0)
+        return ", ".join(f"{name} {part:.0%}" for name, part in [*parts.items(), ("rest", rest)])
 
 
 class Listener(Protocol):
