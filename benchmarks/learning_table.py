@@ -13,8 +13,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from study.summary import Group, estimate, groups
 
+LEAST_RUNS = 3  # of a bootstrap interval that says something
 HEADER = ("task", "variant", "algorithm", "runs", "final", "curve", "Q bias", "sigma", "ms / step")
 
 
@@ -30,12 +33,18 @@ def cells(group: Group) -> list[str]:
         group.variant or "-",
         group.algorithm,
         runs,
-        str(estimate(group.returns[-1:])[0]),
-        str(estimate(curve)[0]),
+        centre(group.returns[-1:]),
+        centre(curve),
         number(group.last_median("q_bias")),
         number(group.last_median("sigma_mean")),
         number(sorted(times)[len(times) // 2]),
     ]
+
+
+def centre(point: NDArray[np.float64]) -> str:
+    """Interquartile mean of one point of all runs, shape (1, n_runs), with its interval."""
+    (found,) = estimate(point)
+    return str(found) if point.size >= LEAST_RUNS else f"{found.value:.0f}"
 
 
 def number(value: float | None) -> str:

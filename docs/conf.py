@@ -5,7 +5,8 @@ author = "The horf developers"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+# Tables are included in pages.
+exclude_patterns = ["_build", "tables"]
 html_theme = "furo"
 html_title = "horf"
 autodoc_typehints = "description"
