@@ -32,6 +32,17 @@ def image_keys(space: spaces.Dict) -> list[str]:
     return [key for key, subspace in space.spaces.items() if is_image(subspace)]
 
 
+class FlattenPixels(nn.Module):
+    """Pixel after pixel, (B, C, H, W) -> (B, H * W * C).
+
+    Where the channels come last in memory, nothing moves, neither here nor in the gradient.
+    """
+
+    def forward(self, images: th.Tensor) -> th.Tensor:
+        """Flatten all but the first dimension."""
+        return images.permute(0, 2, 3, 1).flatten(1)
+
+
 def depth_cnn(shape: tuple[int, ...], features_dim: int) -> nn.Sequential:
     """Convolutions from one image stack of shape (C, H, W) to `features_dim` numbers in [-1, 1].
 
@@ -46,7 +57,7 @@ def depth_cnn(shape: tuple[int, ...], features_dim: int) -> nn.Sequential:
         nn.ReLU(inplace=True),
         nn.Conv2d(second, third, kernel_size=3, stride=2, padding=1),
         nn.ReLU(inplace=True),
-        nn.Flatten(),
+        FlattenPixels(),
     )
     with th.no_grad():
         flat = convolutions(th.zeros(1, *shape)).shape[1]

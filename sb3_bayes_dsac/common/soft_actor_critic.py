@@ -154,7 +154,13 @@ class SoftActorCritic(OffPolicyAlgorithm):
         self.critic_target = self.policy.critic_target
 
     def train(self, gradient_steps: int, batch_size: int = 64) -> None:
-        """Sample the replay buffer and update, `gradient_steps` times."""
+        """Sample the replay buffer and update, `gradient_steps` times.
+
+        Raises:
+            NotFiniteError: A loss is NaN or infinite. Weights, optimisers and the entropy
+                coefficient are those of the step before; only statistics of batch norm, if an
+                encoder has any, have seen the batch.
+        """
         self.policy.set_training_mode(True)
         optimizers = [self.critic.optimizer, self.actor.optimizer]
         if self.ent_coef_optimizer is not None:
