@@ -51,7 +51,7 @@ class _ByteProduct(th.autograd.Function):
         x, weight = ctx.saved_tensors
         by_weight = th.zeros_like(weight)
         for rows, floats in _chunks(x, weight):
-            by_weight.addmm_(gradient[rows].t(), floats)
+            by_weight += gradient[rows].t() @ floats
         return None, by_weight, gradient.sum(dim=0)
 
 
