@@ -174,7 +174,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             action,
             Sensed(
                 state=self._state,
-                velocity=self._velocity,
+                velocity=self._commanded,
                 points=points,
                 unseen=self._senses.unseen_ground(self._state),
                 position_error=position_error,
@@ -183,7 +183,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._layer_time = time.perf_counter() - begin
         moved = self._world.move(self.fault.velocity(command.velocity), STEP)
         achieved = self._state.ee_jacobian @ moved.velocity
-        self._advance(moved)
+        self._advance(moved, command.velocity)
         now = self._steps * STEP
         frames = self._senses.update(self._state, self.np_random, now, self.fault.image)
         reward = reward_terms(
@@ -232,14 +232,16 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
 
     def _start_episode(self, state: RobotState) -> None:
         self._state, self._velocity = state, np.zeros(9)
+        # The drives ramp from command to command: braking must not wait for those that lag behind.
+        self._commanded = np.zeros(9)
         self._deviation = self._goal_deviation(state)
         self._min_distance = self._world.clearance.distance
         self._contact: tuple[str, str] | None = None
         self._steps, self._path_base, self._path_ee, self._layer_time = 0, 0.0, 0.0, 0.0
 
-    def _advance(self, moved: MoveResult) -> None:
+    def _advance(self, moved: MoveResult, commanded: FloatArray) -> None:
         before, self._state = self._state, self._robot.state(moved.configuration)
-        self._velocity = moved.velocity
+        self._velocity, self._commanded = moved.velocity, commanded
         self._deviation = self._goal_deviation(self._state)
         self._min_distance = moved.clearance.distance
         self._contact = moved.contact

@@ -16,7 +16,7 @@ class Sensed:
 
     Attributes:
         state: State of the robot.
-        velocity: Velocity of the last tick, shape (9,), m/s and rad/s.
+        velocity: Velocity that the last tick commanded, shape (9,), m/s and rad/s.
         points: Obstacle points in the world, shape (N, 3), m.
         unseen: Ground near the base that was neither seen nor covered, shape (M, 2), m.
         position_error: Distance of the end effector from the goal [m].

@@ -23,16 +23,20 @@ class HiddenSpace(NamedTuple):
         unseen: Layers that nobody has looked at; none on the border.
         filled: Layers that are occupied or taken as such.
         grown: The same after one more step.
+        around: Layers that surround occupied ones, grown in all directions.
+        wider: The same after one more step.
     """
 
     unseen: np.ndarray
     filled: np.ndarray
     grown: np.ndarray
+    around: np.ndarray
+    wider: np.ndarray
 
 
 def hidden_space(side: int) -> HiddenSpace:
     """Work space for a square of `side` columns."""
-    return HiddenSpace(*(np.zeros((side + 2, side + 2), dtype=np.uint64) for _ in range(3)))
+    return HiddenSpace(*(np.zeros((side + 2, side + 2), dtype=np.uint64) for _ in range(5)))
 
 
 @njit(cache=True)
@@ -66,10 +70,13 @@ def hidden_points(
     first_y = int(np.floor(middle[1] / size)) - side // 2
     _load(grid, space, first_x, first_y, body_layers, above)
     unseen, filled, grown = space.unseen, space.filled, space.grown
+    around, wider = space.around, space.wider
+    around[:] = filled
     for _ in range(behind):
         _grow(unseen, filled, grown)
-        filled, grown = grown, filled
-    _remember(grid, unseen, filled, first_x, first_y)
+        _spread(unseen, around, wider)
+        filled, grown, around, wider = grown, filled, wider, around
+    _remember(grid, around, filled, first_x, first_y)
     for i in range(1, side + 1):
         for j in range(1, side + 1):
             hidden = filled[i, j] & unseen[i, j]
@@ -112,16 +119,18 @@ def _load(
 
 @njit(cache=True)
 def _remember(
-    grid: VoxelGrid, unseen: np.ndarray, filled: np.ndarray, first_x: int, first_y: int
+    grid: VoxelGrid, around: np.ndarray, filled: np.ndarray, first_x: int, first_y: int
 ) -> None:
-    """Join what is hidden from here with what was hidden from where the robot was before."""
-    n, side = len(grid.seen), len(unseen) - 2
+    """Join what is hidden from here with what was hidden from where the robot was before.
+
+    Only around what is still occupied: an obstacle that disappears hides nothing any more.
+    """
+    n, side = len(grid.seen), len(around) - 2
     for i in range(1, side + 1):
         for j in range(1, side + 1):
             column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
-            hidden = (grid.hidden[column] | filled[i, j]) & unseen[i, j]
-            grid.hidden[column] = hidden
-            filled[i, j] |= hidden
+            filled[i, j] |= grid.hidden[column] & around[i, j]
+            grid.hidden[column] = filled[i, j]
 
 
 @njit(cache=True)
@@ -151,3 +160,14 @@ def _grow(unseen: np.ndarray, filled: np.ndarray, grown: np.ndarray) -> None:
         for j in range(half + 1, side + 1):
             near = filled[nearer, j] | filled[i, j - 1]
             grown[i, j] = filled[i, j] | (unseen[i, j] & near)
+
+
+@njit(cache=True)
+def _spread(unseen: np.ndarray, around: np.ndarray, wider: np.ndarray) -> None:
+    """Grow by one voxel into the unseen, in all six directions."""
+    side = len(unseen) - 2
+    for i in range(1, side + 1):
+        for j in range(1, side + 1):
+            own = around[i, j]
+            near = around[i - 1, j] | around[i + 1, j] | around[i, j - 1] | around[i, j + 1]
+            wider[i, j] = own | (unseen[i, j] & (near | own << BIT | own >> BIT))
