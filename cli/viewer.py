@@ -1,4 +1,4 @@
-"""The Rerun program: checking recordings and showing them."""
+"""The Rerun program: showing recordings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +19,7 @@ from .exit_codes import CliError
 _HOST = "127.0.0.1"
 _START_TIME = 30.0  # s in which the web viewer has to answer
 _POLL = 0.1  # s
+_HEADLESS = ("--headless", "--window-size", "1280x720")
 
 
 def rerun_program() -> Path:
@@ -33,20 +34,6 @@ def rerun_program() -> Path:
     return program
 
 
-def verify(path: Path) -> None:
-    """Check that a file is a complete recording.
-
-    Raises:
-        CliError: If it is not.
-    """
-    done = subprocess.run(
-        [rerun_program(), "rrd", "verify", path], capture_output=True, text=True, check=False
-    )
-    if done.returncode != 0:
-        reason = next(iter(done.stderr.strip().splitlines()), "not a complete recording")
-        raise CliError(reason if str(path) in reason else f"{path}: {reason}")
-
-
 def has_display() -> bool:
     """Whether a window can be opened."""
     return sys.platform == "darwin" or any(
@@ -54,13 +41,13 @@ def has_display() -> bool:
     )
 
 
-def show_window(path: Path) -> None:
-    """Open the native viewer, until its window is closed.
+def show_window(paths: Sequence[Path]) -> None:
+    """Open the native viewer, until its window is closed; several recordings share it.
 
     Raises:
         CliError: If it ends with an error.
     """
-    done = subprocess.run([rerun_program(), path], env=_quiet(), check=False)
+    done = subprocess.run([rerun_program(), *paths], env=_quiet(), check=False)
     if done.returncode != 0:
         raise CliError(f"the viewer ended with code {done.returncode}; try --web")
 
@@ -81,8 +68,8 @@ class WebViewer:
 
 
 @contextmanager
-def web_viewer(path: Path) -> Iterator[WebViewer]:
-    """Serve a recording to browsers of this machine only.
+def web_viewer(paths: Sequence[Path]) -> Iterator[WebViewer]:
+    """Serve recordings to browsers of this machine only.
 
     Rerun would listen on all interfaces by itself.
 
@@ -94,13 +81,35 @@ def web_viewer(path: Path) -> Iterator[WebViewer]:
     """
     web, data = _free_port(), _free_port()
     options = ["--bind", _HOST, "--web-viewer-port", str(web), "--port", str(data)]
-    command = [str(rerun_program()), str(path), "--serve-web", *options]
-    # A group of its own: the program is a script that starts the server as a child.
-    server = subprocess.Popen(command, env=_quiet(), start_new_session=True)
-    try:
-        _wait_for(server, web)
+    with _server([*map(str, paths), "--serve-web", *options], web) as server:
         source = quote(f"rerun+http://{_HOST}:{data}/proxy", safe="")
         yield WebViewer(f"http://{_HOST}:{web}?url={source}", (web, data), server)
+
+
+@contextmanager
+def headless_viewer() -> Iterator[str]:
+    """A viewer without a window, for this machine only.
+
+    Yields:
+        Where it can be told what to draw; it ends with the `with` block.
+
+    Raises:
+        CliError: If it does not start.
+    """
+    port = _free_port()
+    with _server([*_HEADLESS, "--bind", _HOST, "--port", str(port)], port):
+        yield f"rerun+http://{_HOST}:{port}/proxy"
+
+
+@contextmanager
+def _server(arguments: Sequence[str], port: int) -> Iterator[subprocess.Popen[bytes]]:
+    # A group of its own: the program is a script that starts the server as a child.
+    server = subprocess.Popen(
+        [str(rerun_program()), *arguments], env=_quiet(), start_new_session=True
+    )
+    try:
+        _wait_for(server, port)
+        yield server
     finally:
         with suppress(ProcessLookupError):
             os.killpg(server.pid, signal.SIGTERM)
@@ -116,7 +125,7 @@ def _wait_for(server: subprocess.Popen[bytes], port: int) -> None:
             time.sleep(_POLL)
         else:
             return
-    raise CliError(f"the web viewer did not start on {_HOST}:{port}")
+    raise CliError(f"the viewer did not start on {_HOST}:{port}")
 
 
 def _free_port() -> int:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..exit_codes import CliError
 from ..options import Json
 
 if TYPE_CHECKING:
@@ -16,64 +17,85 @@ if TYPE_CHECKING:
 
 
 def replay(
-    recording: Annotated[
-        Path, typer.Argument(help="A recording (.rrd), or a folder: its newest recording.")
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Recordings (.rrd), or folders such as that of a run: the newest recording in "
+            "there. Several are shown together."
+        ),
     ],
     web: Annotated[
         bool, typer.Option("--web", help="Serve a web viewer on 127.0.0.1 instead of a window.")
     ] = False,
+    export: Annotated[
+        Path | None,
+        typer.Option(help="Write a video (*.mp4) or a folder of pictures; needs no display."),
+    ] = None,
     summary: Annotated[
-        bool, typer.Option("--summary", help="Print what the recording holds; no viewer.")
+        bool, typer.Option("--summary", help="Print what the recordings hold; no viewer.")
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Show a recording: in a window, or in a browser where there is no display."""
-    from ..viewer import has_display, show_window, verify
+    """Show recordings: in a window, or in a browser where there is no display.
 
-    path = _find(recording)
-    verify(path)
-    if summary or as_json:
-        _print_summary(path, as_json=as_json)
-    elif web or not has_display():
-        _serve(path)
-    else:
-        show_window(path)
+    What a killed process left is repaired, in a copy.
+    """
+    from ..console import notes
+    from ..sound_recordings import sound_recording
+    from ..viewer import has_display, show_window
 
-
-def _find(path: Path) -> Path:
-    """The file itself, or the newest recording in a folder."""
-    if path.is_file():
-        return path
-    found = sorted(path.rglob("*.rrd"), key=lambda file: (file.stat().st_mtime, file.name))
-    if not found:
-        raise CliError(
-            f"{path}: {'no recording (*.rrd) in there' if path.is_dir() else 'no such file'}"
-        )
-    return found[-1]
+    with TemporaryDirectory() as scratch:
+        note = notes().print
+        paths = [sound_recording(path, Path(scratch), note) for path in recordings]
+        if export is not None:
+            _export(paths, export)
+        elif summary or as_json:
+            _print_summaries(paths, as_json=as_json)
+        elif web or not has_display():
+            _serve(paths)
+        else:
+            show_window(paths)
 
 
-def _serve(path: Path) -> None:
+def _export(paths: Sequence[Path], target: Path) -> None:
+    from rich.progress import Progress
+
+    from horf_env.recording import summarise
+
+    from ..console import notes, results
+    from ..video import export, frame_times
+
+    duration = max(summarise(path).duration for path in paths)
+    console = notes()
+    with Progress(console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task("frames", total=len(frame_times(duration)))
+        written = export(paths, duration, target, lambda: progress.advance(task))
+    results().print(str(written), markup=False)
+
+
+def _serve(paths: Sequence[Path]) -> None:
     from ..console import notes, results
     from ..viewer import web_viewer
 
-    with web_viewer(path) as viewer:
-        results().print(f"{path}: {viewer.url}")
+    with web_viewer(paths) as viewer:
+        results().print(f"{', '.join(map(str, paths))}: {viewer.url}")
         tunnels = " ".join(f"-L {port}:127.0.0.1:{port}" for port in viewer.ports)
         notes().print(f"Ctrl-C ends. From another machine first: ssh {tunnels} <this machine>")
         viewer.process.wait()
 
 
-def _print_summary(path: Path, *, as_json: bool) -> None:
+def _print_summaries(paths: Sequence[Path], *, as_json: bool) -> None:
     from horf_env.recording import summarise
 
     from ..console import print_json, results
 
-    found = summarise(path)
+    found = [summarise(path) for path in paths]
     if as_json:
-        print_json({**asdict(found), "path": str(path), "success": found.success})
+        rows = [{**asdict(one), "path": str(one.path), "success": one.success} for one in found]
+        print_json(rows[0] if len(rows) == 1 else rows)
         return
     console = results()
-    for line in _lines(found):
+    for line in (line for one in found for line in _lines(one)):
         console.print(line, markup=False)
 
 
