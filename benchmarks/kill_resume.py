@@ -30,13 +30,12 @@ from horf_cli.runs import RunFolder
 PROGRAM = "import horf_env.env; horf_env.env.MAX_STEPS = 40; from horf_cli.main import main; main()"
 SETTINGS = {
     "algo": "bayes_dsac",
-    "steps": "400",
     "env.scene": "room",
     "batch_size": "32",
     "protocol.every": "60",
     "protocol.episodes": "1",
     "protocol.final_episodes": "2",
-    "storage.checkpoint_every": "20",
+    "storage.checkpoint_every": "10",
 }
 WALL = ["wall_time", "planning_time", "total_time", "planning_p50", "planning_p99"]
 
@@ -50,32 +49,31 @@ def horf(*arguments: str) -> subprocess.Popen[bytes]:
     )
 
 
-def begin(root: Path) -> tuple[subprocess.Popen[bytes], Path]:
-    """Start a run; returns it and its folder."""
+def begin(root: Path, steps: int) -> tuple[subprocess.Popen[bytes], Path, float]:
+    """Start a run; returns it, its folder, and the seconds until its first checkpoint."""
     words = [word for key, value in SETTINGS.items() for word in ("-p", f"{key}={value}")]
-    process = horf(*words, "--out", str(root))
-    while not (found := list(root.glob("*/*/*/manifest.json"))):
+    started = time.perf_counter()
+    process = horf(*words, "--steps", str(steps), "--out", str(root))
+    while not (found := list(root.glob("*/*/*/checkpoints/0*"))):
         time.sleep(0.01)
         assert process.poll() is None, "the run did not begin"
-    return process, found[0].parent
+    return process, found[0].parent.parent, time.perf_counter() - started
 
 
 def kill_and_resume(
-    root: Path, kills: int, seconds: float, rng: random.Random
+    process: subprocess.Popen[bytes], run: Path, kills: int, seconds: float, rng: random.Random
 ) -> dict[str, object]:
-    """One run, killed so many times within so many seconds of each session."""
-    process, run = begin(root)
-    moments, done = [], 0
-    while done < kills:
+    """Kill a run so many times, each time within so many seconds of its session."""
+    moments: list[dict[str, float]] = []
+    while len(moments) < kills:
         moment = rng.uniform(0.0, seconds)
         try:
             process.wait(moment)
         except subprocess.TimeoutExpired:
             os.kill(process.pid, signal.SIGKILL)
             process.wait()
-            done += 1
-            newest = checkpoints(run / "checkpoints")
-            moments.append({"after_s": round(moment, 2), "step": newest[0].step if newest else 0})
+            newest = checkpoints(run / "checkpoints")[0]
+            moments.append({"after_s": round(moment, 2), "checkpoint_at_step": newest.step})
         else:
             break  # finished before all kills
         process = horf("--resume", str(run), "--exact")
@@ -108,22 +106,25 @@ def main() -> None:
     """Run both, print JSON."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=20)
+    parser.add_argument("--steps", type=int, default=400)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--folder", type=Path, required=True, help="new folder for both runs")
     arguments = parser.parse_args()
     arguments.folder.mkdir()
     started = time.perf_counter()
-    process, straight = begin(arguments.folder / "straight")
+    process, straight, startup = begin(arguments.folder / "straight", arguments.steps)
     assert process.wait() == 0
     seconds = time.perf_counter() - started
-    # Half the time of the whole run: many kills come before the first checkpoint of a session.
-    killed = kill_and_resume(
-        arguments.folder / "killed", arguments.kills, seconds / 2, random.Random(arguments.seed)
-    )
-    run = Path(str(killed["folder"]))
+    # Such that most kills fall into the work, some into the start, and the run outlives them.
+    within = startup + 2.0 * (seconds - startup) / arguments.kills
+    process, run, _ = begin(arguments.folder / "killed", arguments.steps)
+    rng = random.Random(arguments.seed)
+    killed = kill_and_resume(process, run, arguments.kills, within, rng)
     table = read_metrics(run)
     report = {
         "settings": SETTINGS,
+        "steps": arguments.steps,
+        "seconds_to_first_checkpoint": round(startup, 1),
         "seconds_without_kills": round(seconds, 1),
         "killed": killed,
         "status": RunFolder(run).read().status,

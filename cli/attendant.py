@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
+from .clock import Clock
 from .config import TrainConfig
 from .episodes import Trial
 from .evaluator import Evaluator
@@ -16,7 +17,7 @@ from .exit_codes import CliError
 from .interruption import Interruption
 from .pace import Pace
 from .progress import Listener
-from .run_log import Clock, RunLog
+from .run_log import RunLog
 from .run_state import Generators, Standing
 from .saver import Saver
 from .training_envs import TimedEnvs

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -14,48 +12,13 @@ from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputF
 from torch.utils.tensorboard import SummaryWriter
 
 from .atomic_files import StorageError
+from .clock import Clock
 from .episodes import Trial
 from .metrics import EVALUATIONS, METRICS, PartWriter
-from .run_state import Times
 from .runs import RunFolder
 
 # SB3's, which begin at 0 again when a run is resumed; the column wall_time does not.
 _LEFT_OUT = {"time/fps", "time/time_elapsed", "time/iterations", "time/total_timesteps"}
-
-
-class Clock:
-    """Seconds of a run over all of its sessions.
-
-    Args:
-        before: Seconds of the sessions before.
-    """
-
-    def __init__(self, before: Times) -> None:
-        self._times, self._last = before, time.perf_counter()
-
-    def read(self, environment: float = 0.0) -> Times:
-        """Until now.
-
-        Args:
-            environment: Seconds of environments that were not added yet.
-        """
-        now = time.perf_counter()
-        self._times = replace(self._times, total=self._times.total + now - self._last)
-        self._last = now
-        return replace(self._times, environment=self._times.environment + environment)
-
-    def add(self, name: str, seconds: float) -> None:
-        """Count seconds as those of one of the parts of `Times`."""
-        self._times = replace(self._times, **{name: getattr(self._times, name) + seconds})
-
-    @contextmanager
-    def measure(self, name: str) -> Iterator[None]:
-        """Count the time of a block as that of a part."""
-        begin = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.add(name, time.perf_counter() - begin)
 
 
 class RunLog(KVWriter):

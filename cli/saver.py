@@ -9,9 +9,10 @@ import time
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from .checkpoints import BEST, BUFFER, MODEL, POLICY, STATE, Writers, write_checkpoint
+from .clock import Clock
 from .config import TrainConfig
 from .policy_files import policy_bytes
-from .run_log import Clock, RunLog
+from .run_log import RunLog
 from .run_state import Generators, RunState, Standing
 from .runs import RunFolder
 from .training_envs import TimedEnvs

@@ -10,13 +10,14 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from .attendant import Attendant
 from .checkpoints import forget_after
+from .clock import Clock
 from .config import TrainConfig
 from .evaluator import Evaluator
 from .interruption import Interruption
 from .loading import Loaded, newest
 from .models import buffer_megabytes, new_model
 from .progress import Listener
-from .run_log import Clock, RunLog
+from .run_log import RunLog
 from .run_state import Standing, Times
 from .runs import RunFolder
 from .saver import Saver
