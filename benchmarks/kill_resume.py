@@ -63,10 +63,13 @@ def begin(root: Path, steps: int) -> tuple[subprocess.Popen[bytes], Path, float]
 def kill_and_resume(
     process: subprocess.Popen[bytes], run: Path, kills: int, seconds: float, rng: random.Random
 ) -> dict[str, object]:
-    """Kill a run so many times, each time within so many seconds of its session."""
+    """Kill a run so many times, each time within so many seconds of its session.
+
+    The first session has begun already: it is killed at once.
+    """
     moments: list[dict[str, float]] = []
     while len(moments) < kills:
-        moment = rng.uniform(0.0, seconds)
+        moment = rng.uniform(0.0, seconds) if moments else 0.0
         try:
             process.wait(moment)
         except subprocess.TimeoutExpired:
