@@ -116,7 +116,9 @@ def _read(run: Path, name: str) -> pa.Table:
     tables = [_SCHEMAS[name].empty_table()]
     for path in _parts(run / name):
         try:
-            tables.append(pq.read_table(path, partitioning=None))
+            # Half the time of read_table, which looks for a data set first.
+            with pq.ParquetFile(path) as file:
+                tables.append(file.read())
         except (OSError, pa.ArrowInvalid) as error:
             warnings.warn(f"{path}: damaged, left out ({error})", DamagedFileWarning, stacklevel=3)
     return pa.concat_tables(tables, promote_options="permissive")
