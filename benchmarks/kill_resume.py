@@ -63,24 +63,46 @@ def begin(root: Path, steps: int) -> tuple[subprocess.Popen[bytes], Path, float]
 def kill_and_resume(
     process: subprocess.Popen[bytes], run: Path, kills: int, seconds: float, rng: random.Random
 ) -> dict[str, object]:
-    """Kill a run so many times, each time within so many seconds of its session.
+    """Kill a run so many times: in turns while it works, and while it starts.
 
-    The first session has begun already: it is killed at once.
+    Args:
+        process: The run, at work.
+        run: Its folder.
+        kills: How many times.
+        seconds: Work goes on so long at most after the first checkpoint of a session.
+        rng: Draws the moments.
     """
-    moments: list[dict[str, float]] = []
+    moments: list[dict[str, object]] = []
+    session = time.perf_counter()
     while len(moments) < kills:
-        moment = rng.uniform(0.0, seconds) if moments else 0.0
-        try:
-            process.wait(moment)
-        except subprocess.TimeoutExpired:
-            os.kill(process.pid, signal.SIGKILL)
-            process.wait()
-            newest = checkpoints(run / "checkpoints")[0]
-            moments.append({"after_s": round(moment, 2), "checkpoint_at_step": newest.step})
-        else:
+        working = len(moments) % 2 == 0
+        if working and moments:
+            _wait_for_checkpoint(process, run)
+        # A start takes some seconds: imports, environments, the repeated episode.
+        if _ends_within(process, rng.uniform(0.0, seconds if working else 10.0)):
             break  # finished before all kills
-        process = horf("--resume", str(run), "--exact")
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        after = round(time.perf_counter() - session, 2)
+        newest = checkpoints(run / "checkpoints")[0]
+        moments.append({"after_s": after, "at_work": working, "checkpoint_at_step": newest.step})
+        session, process = time.perf_counter(), horf("--resume", str(run), "--exact")
     return {"folder": str(run), "exit_code": process.wait(), "kills": moments}
+
+
+def _wait_for_checkpoint(process: subprocess.Popen[bytes], run: Path) -> None:
+    """Until this session has written one, or has ended."""
+    before = checkpoints(run / "checkpoints")[0].number
+    while process.poll() is None and checkpoints(run / "checkpoints")[0].number == before:
+        time.sleep(0.01)
+
+
+def _ends_within(process: subprocess.Popen[bytes], seconds: float) -> bool:
+    try:
+        process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        return False
+    return True
 
 
 def rows(table: object, names: list[str]) -> list[object]:
@@ -118,8 +140,7 @@ def main() -> None:
     process, straight, startup = begin(arguments.folder / "straight", arguments.steps)
     assert process.wait() == 0
     seconds = time.perf_counter() - started
-    # Such that most kills fall into the work, some into the start, and the run outlives them.
-    within = startup + 2.0 * (seconds - startup) / arguments.kills
+    within = 2.0 * (seconds - startup) / arguments.kills  # so that the run outlives all kills
     process, run, _ = begin(arguments.folder / "killed", arguments.steps)
     rng = random.Random(arguments.seed)
     killed = kill_and_resume(process, run, arguments.kills, within, rng)
