@@ -32,11 +32,15 @@ class ControlPreset:
         witnesses: Obstacle points a body; the paper has one.
         influence: Obstacle points that stay farther than this from a body even if it brakes only
             now [m] are left out: no body gains the speed within a tick that would make them matter.
-        spacing: Least distance between two obstacle points of a body [m].
+        spacing: Least distance between two obstacle points of a body of the arm [m]: wider apart,
+            a finger sinks in between two of them.
+        base_spacing: The same for the base [m]: closer together, all of a base's points are on one
+            side of it, and a fast turn hits what is on the other.
         gain: Barrier gain of the avoidance rows [1/s].
         margin: Distance psi to obstacles that is kept [m].
         own_body_margin: Distance of the arm to floor and own base that is kept [m].
         avoid_own_base: Whether the arm avoids the robot's own base.
+        own_base_witnesses: Points of the own base for each body of the arm.
         guard_unseen: Whether the base keeps off ground that nobody has looked at.
         unseen_gain: Barrier gain of those rows [1/s].
         unseen_margin: Distance that the base keeps from unseen ground [m]: half a voxel.
@@ -47,10 +51,12 @@ class ControlPreset:
     witnesses: int = 8
     influence: float = 1.0
     spacing: float = 0.05
+    base_spacing: float = 0.12
     gain: float = 2.0
     margin: float = 0.05
     own_body_margin: float = 0.03
     avoid_own_base: bool = True
+    own_base_witnesses: int = 4
     guard_unseen: bool = True
     unseen_gain: float = 2.0
     unseen_margin: float = 0.03
@@ -68,7 +74,12 @@ class ControlPreset:
         ]
         if self.avoid_own_base:
             rows.append(
-                self._avoidance(lambda tick: tick.own_base, "own base", margin=self.own_body_margin)
+                self._avoidance(
+                    lambda tick: tick.own_base,
+                    "own base",
+                    count=self.own_base_witnesses,
+                    margin=self.own_body_margin,
+                )
             )
         if self.guard_unseen:
             rows.append(UnseenGround(gain=self.unseen_gain, margin=self.unseen_margin))

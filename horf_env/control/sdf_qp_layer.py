@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from horf_env.control.command import Command, Sensed
 from horf_env.control.presets import ControlPreset
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.tick import ControlTick
-from horf_env.robot import LimitsProfile, RobotState
+from horf_env.robot import LimitsProfile, MobileManipulator, RobotState
 from horf_env.sdf import RobotSdf, Witnesses
 from horf_env.types import FloatArray
 
@@ -23,6 +25,8 @@ class SdfQpLayer:
     ) -> None:
         self._sdf, self._limits, self._preset, self._dt = sdf, limits, preset, dt
         self._qp = self._whole_body_qp()
+        self._spacing = np.full(len(MobileManipulator.link_names), preset.spacing)
+        self._spacing[0] = preset.base_spacing
 
     def command(self, action: FloatArray, sensed: Sensed) -> Command:
         """See `ActionLayer`."""
@@ -49,7 +53,12 @@ class SdfQpLayer:
     def _own_base(self, state: RobotState) -> Witnesses:
         if not self._preset.avoid_own_base:
             return self._sdf.no_witnesses(state)
-        return self._sdf.own_base_witnesses(state, cutoff=_OWN_BASE_CUTOFF)
+        return self._sdf.own_base_witnesses(
+            state,
+            count=self._preset.own_base_witnesses,
+            spacing=self._preset.spacing,
+            cutoff=_OWN_BASE_CUTOFF,
+        )
 
     def _whole_body_qp(self) -> WholeBodyQp:
         return self._preset.whole_body_qp()
@@ -59,7 +68,7 @@ class SdfQpLayer:
             sensed.points,
             sensed.state,
             count=self._preset.witnesses,
-            spacing=self._preset.spacing,
+            spacing=self._spacing,
             cutoff=self._preset.influence,
             velocity=sensed.velocity,
             braking=self._limits.braking,

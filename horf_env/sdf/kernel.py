@@ -33,7 +33,7 @@ def find_witnesses(
     velocity: FloatArray,
     first_body: int,
     cutoff: float,
-    spacing: float,
+    spacing: FloatArray,
     braking: float,
     numbers: FloatArray,
     indices: IntArray,
@@ -54,7 +54,7 @@ def find_witnesses(
         first_body: Bodies before this one are passed over.
         cutoff: Points that stay farther than this from a body even if it brakes only now [m] are
             left out.
-        spacing: Least distance between two witness points of a body [m].
+        spacing: Least distance between two witness points of each body [m], shape (B,).
         braking: Deceleration behind the order of the witness points [m/s^2]; inf for none.
         numbers: Written, the answers; see `empty_table`.
         indices: Written, index into the cloud, shape (B, K); the nearest first.
@@ -82,7 +82,7 @@ def find_witnesses(
             continue
         if way == 0.0:
             distances(work.squared, work.keys)
-        count = further_witnesses(shape, work, b, pose, points, spacing, indices[b])
+        count = further_witnesses(shape, work, b, pose, points, spacing[b], indices[b])
         for k in range(1, count):
             i = indices[b, k]
             x, y, z = to_body(pose, points, i)

@@ -111,7 +111,7 @@ class RobotSdf:
         state: Bodies,
         *,
         count: int,
-        spacing: float,
+        spacing: float | FloatArray,
         cutoff: float,
         velocity: FloatArray | None = None,
         braking: float = _NO_BRAKING,
@@ -126,7 +126,7 @@ class RobotSdf:
             points: Cloud in the world, shape (N, 3), m; N may be 0.
             state: State of the robot.
             count: Points a body, K.
-            spacing: Least distance between two points of a body [m].
+            spacing: Least distance between two points of a body [m]; one number, or one a body.
             cutoff: Points that stay farther than this from a body even if it brakes only now [m]
                 are left out.
             velocity: Present velocity of the robot, shape (9,); at rest without it.
@@ -149,7 +149,7 @@ class RobotSdf:
             velocity,
             first_body,
             cutoff,
-            spacing,
+            np.full(len(state.link_poses), spacing, dtype=float),
             braking,
             numbers,
             indices,
@@ -178,20 +178,29 @@ class RobotSdf:
         """An answer without any point, one place a body."""
         return Witnesses.from_table(*self._empty_table(state, 1))
 
-    def own_base_witnesses(self, state: RobotState, *, cutoff: float) -> Witnesses:
-        """Nearest point of the robot's own base for each body of the arm, one point a body.
+    def own_base_witnesses(
+        self, state: RobotState, *, count: int, spacing: float, cutoff: float
+    ) -> Witnesses:
+        """Nearest points of the robot's own base for each body of the arm.
 
         The points ride on the base, so only the arm's joints change the distances. Links 1 and 2
         are mounted on the base and cannot reach it.
 
         Args:
             state: State of the robot.
+            count: Points a body.
+            spacing: Least distance between two points of a body [m].
             cutoff: Points farther than this from a body are left out [m].
         """
         T = state.T_world_base
         points = self._base_surface @ T[:3, :3].T + T[:3, 3]
         found = self.witnesses(
-            points, state, count=1, spacing=0.0, cutoff=cutoff, first_body=_FIRST_FREE_BODY
+            points,
+            state,
+            count=count,
+            spacing=spacing,
+            cutoff=cutoff,
+            first_body=_FIRST_FREE_BODY,
         )
         found.gradient[:, :, :2] = 0.0
         return found

@@ -30,7 +30,7 @@ def make_tick(robot, sdf):
                 braking=profile.braking,
             ),
             floor=sdf.floor_witnesses(state),
-            own_base=sdf.own_base_witnesses(state, cutoff=0.5),
+            own_base=sdf.own_base_witnesses(state, count=4, spacing=0.05, cutoff=0.5),
             unseen=np.empty((0, 2)),
             limits=profile,
             dt=DT,
