@@ -14,7 +14,7 @@ import pytest
 from horf_env.control.avoidance import Avoidance
 from horf_env.robot import LIMITS, RobotState
 from horf_env.sdf import Witnesses
-from horf_env.sdf.robot_sdf import distance_gradient
+from horf_env.sdf.gradient import distance_gradient
 
 OBSTACLE, LEFT = np.array([0.8, 0.5, 0.0]), np.array([-1.0, 0.0, 0.0])
 AXIS = np.array([0.0, 0.0, 1.0])
