@@ -16,7 +16,7 @@ from horf_env.control.haviland import HavilandObjective
 from horf_env.control.objective import Objective, ScaledObjective
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.tick import ControlTick
-from horf_env.control.unseen import UnseenGround
+from horf_env.control.unseen import UnseenGround, UnseenReach
 from horf_env.errors import UnknownNameError
 from horf_env.perception import FrameSettings, MapSettings, MemorySettings
 from horf_env.robot import MobileManipulator
@@ -42,6 +42,7 @@ class ControlPreset:
         avoid_own_base: Whether the arm avoids the robot's own base.
         own_base_witnesses: Points of the own base for each body of the arm.
         guard_unseen: Whether the base keeps off ground that nobody has looked at.
+        guard_reach: Whether the gripper keeps off the space above such ground.
         unseen_gain: Barrier gain of those rows [1/s].
         unseen_margin: Distance that the base keeps from unseen ground [m]: half a voxel.
         memory: How the obstacles that the camera has shown are remembered.
@@ -58,6 +59,7 @@ class ControlPreset:
     avoid_own_base: bool = True
     own_base_witnesses: int = 4
     guard_unseen: bool = True
+    guard_reach: bool = True
     unseen_gain: float = 2.0
     unseen_margin: float = 0.03
     memory: MemorySettings = field(default_factory=MapSettings)
@@ -83,6 +85,8 @@ class ControlPreset:
             )
         if self.guard_unseen:
             rows.append(UnseenGround(gain=self.unseen_gain, margin=self.unseen_margin))
+        if self.guard_reach:
+            rows.append(UnseenReach(gain=self.unseen_gain, margin=self.unseen_margin))
         # eta, rho_i and rho_s have no values in the paper; Haviland's.
         dampers = JointDampers(gain=1.0, influence=0.9, stopping=0.1)
         limits = (SpeedBounds(), AccelerationBounds(), LateralAccelerationBounds(), dampers)
@@ -122,6 +126,7 @@ PRESETS: dict[str, ControlPreset] = {
         gain=1.0,
         avoid_own_base=False,
         guard_unseen=False,
+        guard_reach=False,
         memory=FrameSettings(frames=5),
     ),
     # The weights of Haviland's holistic controller; rows and limits as in the default.

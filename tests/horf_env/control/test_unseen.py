@@ -1,15 +1,16 @@
-"""Rows that keep the base off unseen ground."""
+"""Rows that keep base and gripper off unseen ground."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from horf_env.control.unseen import UnseenGround
+from horf_env.control.unseen import UnseenGround, UnseenReach
 from horf_env.robot import ARM_READY, integrate
 from horf_env.robot.footprint import FOOTPRINT
 
 ROWS = UnseenGround(gain=2.0, margin=0.03)
+REACH = UnseenReach(gain=2.0, margin=0.03)
 
 
 def tick_with(make_tick, places, base=(0.0, 0.0, 0.0)):
@@ -66,3 +67,32 @@ def test_without_unseen_ground_nothing_is_said(make_tick):
     assert not G.any()
     assert (h > 0.0).all()
     assert len(ROWS.names()) == len(h)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_rows_of_the_gripper_are_the_rate_of_its_distance(make_tick, robot, seed):
+    rng = np.random.default_rng(seed)
+    place, base = rng.uniform(-1.5, 1.5, 2), rng.uniform(-0.2, 0.2, 3)
+    tick = tick_with(make_tick, [place], base)
+    G, _ = REACH.rows(tick)
+    row = G[np.abs(G).max(axis=1) > 0]
+    assert row.shape == (1, 9)
+    velocity, step = rng.uniform(-1, 1, 9), 1e-6
+    q = tick.state.configuration
+    distances = [
+        np.linalg.norm(robot.ee_pose(integrate(q, sign * velocity, step))[:2, 3] - place)
+        for sign in (1.0, -1.0)
+    ]
+    rate = (distances[0] - distances[1]) / (2 * step)
+    assert row[0] @ velocity == pytest.approx(-rate, abs=1e-6)
+
+
+def test_the_gripper_may_not_swing_into_the_unseen_but_may_draw_back(make_tick):
+    tick = tick_with(make_tick, np.empty((0, 2)))
+    x, y = tick.state.T_world_ee[:2, 3]
+    G, h = REACH.rows(replace(tick, unseen=np.array([[x, y + 0.2]])))
+    sideways = np.zeros(9)
+    sideways[2] = 1.0  # the arm's first joint turns it to the left
+    assert not (G @ sideways <= h).all()
+    assert (G @ -sideways <= h).all()
+    assert (h >= 0.0).all()
