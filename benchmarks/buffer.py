@@ -9,7 +9,6 @@ processor times count, not the absolute times.
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import tempfile
 import time
@@ -19,8 +18,8 @@ from typing import Any
 
 import numpy as np
 import torch as th
+from circumstances import circumstances, write_json
 from gymnasium import spaces
-from horf_cli.provenance import git_revision, machine, versions
 from stable_baselines3.common.buffers import DictReplayBuffer
 from stable_baselines3.common.save_util import load_from_pkl, save_to_pkl
 
@@ -113,16 +112,12 @@ def main() -> None:
     arguments = parser.parse_args()
     th.set_num_threads(1)
     result = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
         "transitions": arguments.transitions,
         "batch": BATCH,
         **measure(arguments.transitions),
     }
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(json.dumps(result, indent=2))
 
 

@@ -10,14 +10,12 @@ passed before.
 from __future__ import annotations
 
 import argparse
-import datetime
 import itertools
-import json
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
-from horf_cli.provenance import git_revision, machine, versions
+from circumstances import circumstances, write_json
 
 import horf_env  # noqa: F401  registers the environment
 from horf_env.perception import CameraModel, MapSettings
@@ -93,15 +91,12 @@ def main() -> None:
         shares[f"{height} m, {pitch} deg"] = share = seen_share(model, sdf, ways)
         print(f"{height:.2f} m {pitch:3d} deg: {share:.3f}", flush=True)
     result = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
         "instances_a_scene": arguments.instances,
         "steps": _STEPS,
         "seen_share": shares,
     }
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
 
 
 if __name__ == "__main__":

@@ -8,16 +8,15 @@ On a machine with nothing else to do; the aim for two cores is 1.7.
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
 import time
 from pathlib import Path
 
+from circumstances import circumstances, write_json
 from horf_cli.backends.local import LocalBackend
 from horf_cli.comparison import plan, run_jobs
 from horf_cli.config import Protocol, TrainConfig
 from horf_cli.environments import EnvSettings
-from horf_cli.provenance import git_revision, machine, versions
 
 
 def seconds(workers: int, seeds: int, steps: int) -> float:
@@ -55,11 +54,9 @@ def main() -> None:
         "seeds": arguments.seeds,
         "seconds": times,
         "speedup": min(times[1]) / min(times[arguments.workers]),
-        "machine": machine(),
-        "versions": versions(),
-        "git_revision": git_revision(),
+        **circumstances(),
     }
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(f"{arguments.workers} workers: {result['speedup']:.2f} times the throughput of one")
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pyarrow.compute as pc
 import torch as th
+from circumstances import circumstances
 from horf_cli.config import TrainConfig
 from horf_cli.config_files import make_config
 from horf_cli.environments import make_env
@@ -25,7 +26,6 @@ from horf_cli.episodes import run_episode
 from horf_cli.metrics import read_metrics
 from horf_cli.models import new_model
 from horf_cli.policies import PolicyPlanner
-from horf_cli.provenance import git_revision, machine, versions
 from horf_cli.training import train
 from horf_cli.training_envs import training_envs
 from stable_baselines3.common.callbacks import BaseCallback
@@ -112,9 +112,7 @@ def main() -> None:
                 "cpu_seconds": seconds,
                 "overhead": medians["harness"] / medians["bare"] - 1.0,
                 "parts_of_last_run": parts,
-                "machine": machine(),
-                "versions": versions(),
-                "revision": git_revision(),
+                **circumstances(),
             },
             indent=2,
         )

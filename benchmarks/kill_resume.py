@@ -22,9 +22,9 @@ from pathlib import Path
 import pyarrow.compute as pc
 import safetensors.torch
 import torch as th
+from circumstances import circumstances
 from horf_cli.checkpoints import checkpoints
 from horf_cli.metrics import read_evaluations, read_metrics
-from horf_cli.provenance import git_revision, machine, versions
 from horf_cli.runs import RunFolder
 
 PROGRAM = "import horf_env.env; horf_env.env.MAX_STEPS = 40; from horf_cli.main import main; main()"
@@ -154,9 +154,7 @@ def main() -> None:
         "status": RunFolder(run).read().status,
         "rows": table.num_rows,
         "equal": compare(straight, run),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
     }
     print(json.dumps(report, indent=2))
 

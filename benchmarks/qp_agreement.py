@@ -8,7 +8,6 @@ One process, one thread; medians and ratios count, not the absolute times.
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import os
 import time
@@ -18,8 +17,8 @@ from typing import Any
 
 import numpy as np
 import qpsolvers
+from circumstances import circumstances, write_json
 from control_states import episode_states
-from horf_cli.provenance import git_revision, machine, versions
 
 from horf_env.control import PRESETS, ControlTick, QpSolution, WholeBodyQp
 from horf_env.control.reference import solve_reference
@@ -113,16 +112,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/qp_agreement.json"))
     arguments = parser.parse_args()
     result = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
         "threads": os.environ.get("OMP_NUM_THREADS", "all"),
         "count": arguments.count,
         "seed": arguments.seed,
         **measure(arguments.count, arguments.seed, arguments.solvers),
     }
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(json.dumps(result, indent=2))
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import datetime
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from horf_cli.provenance import git_revision, machine, versions
+from circumstances import circumstances, write_json
 from horf_cli.statistics import share
 
 Row = dict[str, str]
@@ -67,10 +65,4 @@ def summarise(runs: Mapping[str, list[Row]], path: Path) -> None:
         cells += [f"{run['solver_fallbacks']}, {run['solver_failures']}"]
         cells += [f"{run['mean_base_speed']:.3f}", f"{run['mean_ee_speed']:.3f}"]
         print("| " + " | ".join(str(cell) for cell in cells) + " |")
-    head_of_file = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
-    }
-    path.write_text(json.dumps(head_of_file | {"runs": result}, indent=2) + "\n")
+    write_json({**circumstances(), "runs": result}, path)

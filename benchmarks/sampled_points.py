@@ -8,7 +8,6 @@ One process, one thread, alternating. The truth is the exact distance of the nea
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import os
 import time
@@ -16,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from circumstances import circumstances, write_json
 from control_states import episode_states
-from horf_cli.provenance import git_revision, machine, versions
 
 from horf_env.control import PRESETS, Sensed
 from horf_env.control.sampled_qp_layer import SampledQpLayer
@@ -79,16 +78,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/sampled_points.json"))
     arguments = parser.parse_args()
     result = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
         "threads": os.environ.get("OMP_NUM_THREADS", "all"),
         "count": arguments.count,
         "seed": arguments.seed,
         **measure(arguments.count, arguments.seed),
     }
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(json.dumps(result, indent=2))
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from horf_cli.provenance import git_revision, machine, versions
+from circumstances import circumstances, write_json
 from scipy.spatial import cKDTree
 from sdf_clouds import PERCEPTIONS, Sample, collect
 from sdf_peers import BernsteinField, brute_force
@@ -95,15 +95,12 @@ def main() -> None:
     samples = collect(N_POINTS, arguments.steps, seed=0)
     times = measure(samples, arguments.repetitions)
     result = {
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
         "points": N_POINTS,
         "clouds": {k: sum(s.perception == k for s in samples) for k in PERCEPTIONS},
         "times": summary(samples, times),
     }
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(json.dumps(result, indent=2))
 
 

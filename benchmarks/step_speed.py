@@ -9,7 +9,6 @@ not the absolute times. Also: the first start with empty caches, and the memory 
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import os
 import resource
@@ -21,7 +20,7 @@ from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
-from horf_cli.provenance import git_revision, machine, versions
+from circumstances import circumstances, write_json
 
 import horf_env  # noqa: F401  registers the environment
 from horf_env.planners import PLANNERS
@@ -75,17 +74,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/step_speed.json"))
     arguments = parser.parse_args()
     result = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
-        "versions": versions(),
-        "revision": git_revision(),
+        **circumstances(),
         "threads": os.environ.get("OMP_NUM_THREADS", "all"),
         "first_start_s": first_start(),
         "scenes": {scene: measure(scene, arguments.steps) for scene in SCENES},
         "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(json.dumps(result, indent=2))
 
 

@@ -11,7 +11,6 @@ authors of DSAC.
 from __future__ import annotations
 
 import argparse
-import datetime
 import importlib
 import json
 import os
@@ -25,8 +24,9 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import torch as th
+from circumstances import circumstances, write_json
 from gymnasium import spaces
-from horf_cli.provenance import git_revision, machine, versions
+from horf_cli.provenance import versions
 from stable_baselines3.common.logger import configure
 from torch.utils.flop_counter import FlopCounterMode
 
@@ -204,10 +204,8 @@ def main() -> None:
     th.set_num_threads(1)
     rate = matrix_rate()
     result: dict[str, Any] = {
-        "date": datetime.date.today().isoformat(),
-        "machine": machine(),
+        **circumstances(),
         "versions": versions() | peer_versions(),
-        "revision": git_revision(),
         "threads": th.get_num_threads(),
         "seed": SEED,
         "rounds": arguments.rounds,
@@ -220,8 +218,7 @@ def main() -> None:
         rows |= floor(case, rate)
         rows["bayes_dsac_over_floor"] = rows["median_ms"]["bayes_dsac"] / rows["floor_ms"]
         result["cases"][name] = rows
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n")
+    write_json(result, arguments.out)
     print(json.dumps(result, indent=2))
 
 
