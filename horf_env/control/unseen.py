@@ -1,11 +1,14 @@
-"""Rows that keep the base from driving, reversing or swinging into ground nobody has looked at.
+"""Rows that keep base and gripper from moving into ground nobody has looked at.
 
-Not in the paper. Most of what a base with a forward camera hits with a good map is behind it or
+Not in the paper. Most of what a robot with a forward camera hits with a good map is behind it or
 beside it. Unseen ground is no obstacle as such: only within the stopping distance it limits the
-speed, and only that of the base.
+speed, and only that of the base and of the gripper.
 """
 
 from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numba
 import numpy as np
@@ -15,19 +18,19 @@ from horf_env.control.tick import ControlTick
 from horf_env.robot.footprint import FOOTPRINT
 from horf_env.types import FloatArray
 
-# Directions around the base, each with one row for its nearest unseen place: four sides and four
+# Directions around a body, each with one row for its nearest unseen place: four sides and four
 # corners, and one more between each two of them.
 _SECTORS = 16
 _LOWER, _UPPER = np.array(FOOTPRINT[::2]), np.array(FOOTPRINT[1::2])
 _TOUCHING = 1e-6  # m; nearer to the footprint a place has no direction
-
-
 # The gripper as a disc around the point between its finger tips [m]: half of the hand's width.
 _HAND_RADIUS = 0.11
 
 
-class UnseenGround:
-    """One row for the nearest unseen place in each direction around the base."""
+class _UnseenRows(ABC):
+    """One row for the nearest unseen place in each direction."""
+
+    label: ClassVar[str]
 
     def __init__(self, *, gain: float, margin: float) -> None:
         """Set the barrier.
@@ -37,7 +40,7 @@ class UnseenGround:
             margin: Distance from the middle of an unseen place that is kept [m].
         """
         self._gain, self._margin = gain, margin
-        self._names = tuple(f"unseen ground {k}" for k in range(_SECTORS))
+        self._names = tuple(f"unseen {self.label} {k}" for k in range(_SECTORS))
 
     def names(self) -> tuple[str, ...]:
         """See `Rows`."""
@@ -45,8 +48,47 @@ class UnseenGround:
 
     def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         """See `Rows`."""
+        G, distance = self._nearest(tick)
+        h = allowed_approach(
+            distance - self._margin,
+            gain=min(self._gain, 1.0 / tick.dt),
+            braking=tick.limits.braking,
+            dt=tick.dt,
+        )
+        # Nearer than the margin it may stay; it need not back off.
+        np.maximum(h, 0.0, out=h)
+        silence(G, h)
+        return G, h
+
+    @abstractmethod
+    def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        """Rows (16, 9) of the approach to each direction's nearest place, and its distance."""
+
+
+class UnseenGround(_UnseenRows):
+    """Rows of the base."""
+
+    label = "ground"
+
+    def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         G, distance = _nearest_rows(tick.unseen, tick.state.T_world_base, _LOWER, _UPPER)
-        return G, _held(G, distance - self._margin, self._gain, tick)
+        return G, distance
+
+
+class UnseenReach(_UnseenRows):
+    """Rows of the gripper.
+
+    An arm that swings aside leads the camera: without these rows the hand hits what stands where
+    nobody has looked yet. The places are those of the ground, for want of a better guess.
+    """
+
+    label = "reach"
+
+    def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+        state = tick.state
+        J = state.T_world_base[:2, :2] @ state.ee_jacobian[:2]
+        G, distance = _reach_rows(tick.unseen, state.T_world_ee[:2, 3].copy(), J)
+        return G, distance
 
 
 @numba.njit(cache=True)
@@ -69,51 +111,13 @@ def _nearest_rows(
         away_x = x - min(max(x, lower[0]), upper[0])
         away_y = y - min(max(y, lower[1]), upper[1])
         distance = np.sqrt(away_x * away_x + away_y * away_y)
-        sector = int((np.arctan2(y, x) / (2.0 * np.pi) + 1.0) * _SECTORS) % _SECTORS
+        sector = _sector(x, y)
         if _TOUCHING < distance < nearest[sector]:
             nearest[sector] = distance
             # A point of the base moves with (v - omega y, omega x).
             G[sector, 0] = away_x / distance
             G[sector, 1] = (away_y * x - away_x * y) / distance
     return G, nearest
-
-
-class UnseenReach:
-    """One row for the nearest unseen place in each direction around the gripper.
-
-    An arm that swings aside leads the camera: without these rows the hand hits what stands where
-    nobody has looked yet. The places are those of the ground, for want of a better guess.
-    """
-
-    def __init__(self, *, gain: float, margin: float) -> None:
-        """Set the barrier.
-
-        Args:
-            gain: Barrier gain [1/s].
-            margin: Distance from the middle of an unseen place that is kept [m].
-        """
-        self._gain, self._margin = gain, margin
-        self._names = tuple(f"unseen reach {k}" for k in range(_SECTORS))
-
-    def names(self) -> tuple[str, ...]:
-        """See `Rows`."""
-        return self._names
-
-    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        """See `Rows`."""
-        state = tick.state
-        J = state.T_world_base[:2, :2] @ state.ee_jacobian[:2]
-        G, distance = _reach_rows(tick.unseen, state.T_world_ee[:2, 3].copy(), J)
-        return G, _held(G, distance - self._margin, self._gain, tick)
-
-
-def _held(G: FloatArray, clearance: FloatArray, gain: float, tick: ControlTick) -> FloatArray:
-    """Right-hand sides: nearer than the margin a body may stay; it need not back off."""
-    gain = min(gain, 1.0 / tick.dt)
-    h = allowed_approach(clearance, gain=gain, braking=tick.limits.braking, dt=tick.dt)
-    np.maximum(h, 0.0, out=h)
-    silence(G, h)
-    return np.asarray(h)
 
 
 @numba.njit(cache=True)
@@ -131,8 +135,14 @@ def _reach_rows(
     for i in range(len(places)):
         dx, dy = places[i, 0] - gripper[0], places[i, 1] - gripper[1]
         distance = np.sqrt(dx * dx + dy * dy)
-        sector = int((np.arctan2(dy, dx) / (2.0 * np.pi) + 1.0) * _SECTORS) % _SECTORS
+        sector = _sector(dx, dy)
         if _TOUCHING < distance < nearest[sector]:
             nearest[sector] = distance
             G[sector] = (dx * J[0] + dy * J[1]) / distance
     return G, nearest - _HAND_RADIUS
+
+
+@numba.njit(cache=True)
+def _sector(x: float, y: float) -> int:
+    """Number of the direction in which (x, y) lies."""
+    return int((np.arctan2(y, x) / (2.0 * np.pi) + 1.0) * _SECTORS) % _SECTORS
