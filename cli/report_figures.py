@@ -130,7 +130,7 @@ def _grid(
             for k, group in enumerate(groups):
                 found = [p for run in group.runs if len((p := points(run, name)).step)]
                 if found:
-                    _band(ax, *on_grid(found, axis), statistic, group.label, k)
+                    _curve(ax, found, axis, statistic, group.label, k)
                     drawn += 1
             ax.set(xlabel=_AXES[axis], ylabel=label)
             ax.xaxis.set_major_locator(MaxNLocator(5))
@@ -142,6 +142,22 @@ def _grid(
         *axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False
     )
     return _svg(figure)
+
+
+def _curve(
+    ax: Axes, found: Sequence[Points], axis: str, statistic: Statistic, label: str, k: int
+) -> None:
+    """A statistic of several runs; the runs one by one where they have no place in common.
+
+    That happens with few evaluations over wall time: one run has ended before another begins.
+    """
+    grid, values = on_grid(found, axis)
+    if len(grid):
+        _band(ax, grid, values, statistic, label, k)
+        return
+    for run, points in enumerate(found):
+        colour, name = _COLOURS[k % len(_COLOURS)], label if run == 0 else None
+        ax.plot(getattr(points, axis), points.value, "o-", color=colour, linewidth=0.6, label=name)
 
 
 def _band(

@@ -174,7 +174,7 @@ def on_grid(points: Sequence[Points], axis: str) -> tuple[FloatArray, FloatArray
         axis: "step" or "hours".
 
     Returns:
-        Places (n,), where all runs have data, and values (n, n_runs, 1).
+        Places (n,), where all runs have data, and values (n, n_runs, 1); n may be 0.
     """
     places = [getattr(p, axis) for p in points]
     first, last = max(x[0] for x in places), min(x[-1] for x in places)

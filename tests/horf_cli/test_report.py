@@ -21,7 +21,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 def make_run(tmp_path):
     """A made-up run: two evaluations while it learns, and one at the end with a given return."""
 
-    def make(algo, seed, value, *, ratio=None, status="finished", parts=3, bias=0.25):
+    def make(algo, seed, value, *, ratio=None, status="finished", parts=3, bias=0.25, seconds=36):
         config = TrainConfig(
             algo=algo, seed=seed, steps=100, replay_ratio=ratio, env=EnvSettings(scene="room")
         )
@@ -30,7 +30,7 @@ def make_run(tmp_path):
         for folder in (METRICS, EVALUATIONS):
             writer = PartWriter(run.path / folder)
             for part in range(1, parts + 1):
-                place = {"step": 100 * part // parts, "wall_time": 36.0 * part / parts}
+                place = {"step": 100 * part // parts, "wall_time": seconds * part / parts}
                 if folder == METRICS:
                     names = ("episode/return", "episode/success", "train/critic_loss")
                     writer.add([{**place, "name": name, "value": 0.5} for name in names])
@@ -105,6 +105,12 @@ def test_markdown_says_what_was_done_and_what_is_weak(paths, tmp_path):
     assert figures == ["curves.svg", "training.svg", "final.svg", "improvement.svg", "q_bias.svg"]
     assert all((out / name).read_text().startswith("<?xml") for name in figures)
     assert "torch" in text
+
+
+def test_runs_that_overlap_nowhere_in_time_are_drawn_one_by_one(make_run, tmp_path):
+    runs = [make_run("sac", seed, 0.0, parts=1, seconds=36 + seed) for seed in range(2)]
+    write_report(runs, tmp_path / "report")
+    assert "curves.svg" in (tmp_path / "report" / "report.md").read_text()
 
 
 def test_replay_ratios_are_groups_of_their_own(make_run, tmp_path):
