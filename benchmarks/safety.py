@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import argparse
 import csv
+import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,7 @@ _SLACK = 1e-3  # m/s; less is the solver's accuracy
 class Run:
     """What is driven, and in which environment."""
 
-    env: dict[str, str] = field(default_factory=dict)
+    env: dict[str, Any] = field(default_factory=dict)
     fault: str | None = None
     planner: Callable[[], Planner] = PLANNERS["hra"]
     instances: int | None = None
@@ -129,22 +130,39 @@ def drive(env: gym.Env[Any, Any], planner: Planner, scene: str, k: int, split: s
     )
 
 
-def perform(name: str, split: str, instances: int | None) -> None:
-    """Do what is left of a run and append it to its file."""
-    run, path = RUNS[name], FOLDER / split / f"{name}.csv"
+def perform(
+    run: Run,
+    path: Path,
+    *,
+    split: str,
+    instances: int | None,
+    scenes: Sequence[str] = tuple(SCENES),
+    deadline: float = np.inf,
+) -> None:
+    """Do what is left of a run and append it to its file.
+
+    Args:
+        run: What is driven.
+        path: The file.
+        split: "validation" or "test".
+        instances: Of each scene; all without it.
+        scenes: Names of the scenes.
+        deadline: When no further episode is begun, by `time.monotonic` [s].
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     done = {(row["scene"], int(row["instance"])) for row in read(path)}
     count = min(n for n in (instances, run.instances, SPLITS[split].size) if n is not None)
     planner = run.planner()
-    for scene in SCENES:
+    for scene in scenes:
         left = [k for k in range(count) if (scene, k) not in done]
-        if not left:
+        if not left or time.monotonic() > deadline:
             continue
         env: gym.Env[Any, Any] = gym.make("horf/Reach-v0", scene=scene, **run.env)
         if run.fault is not None:
             env = FAULTS[run.fault](env)
         for k in left:
-            append(path, drive(env, planner, scene, k, split))
+            if time.monotonic() <= deadline:
+                append(path, drive(env, planner, scene, k, split))
         env.close()
 
 
@@ -175,7 +193,8 @@ def main() -> None:
     parser.add_argument("--summary", action="store_true", help="print the table, write the JSON")
     arguments = parser.parse_args()
     for name in RUNS if arguments.run == "all" else filter(None, [arguments.run]):
-        perform(name, arguments.split, arguments.instances)
+        path = FOLDER / arguments.split / f"{name}.csv"
+        perform(RUNS[name], path, split=arguments.split, instances=arguments.instances)
     if arguments.summary:
         rows = {name: read(FOLDER / arguments.split / f"{name}.csv") for name in RUNS}
         summarise(rows, FOLDER / f"{arguments.split}.json")

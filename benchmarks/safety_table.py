@@ -12,6 +12,7 @@ from horf_cli.statistics import share
 
 Row = dict[str, str]
 
+_STEP = 0.05  # s
 _OUTCOMES = ("success", "collision", "timeout")
 
 
@@ -28,6 +29,7 @@ def figures(rows: list[Row]) -> dict[str, Any]:
         "solver_fallbacks": _sum(rows, "fallback"),
         "solver_failures": _sum(rows, "braking"),
         "slack_ticks": _sum(rows, "slack_steps"),
+        "mean_seconds": _STEP * _sum(rows, "steps") / n,
         "mean_base_speed": _speed(rows, "base_path"),
         "mean_ee_speed": _speed(rows, "ee_path"),
         "table": {name: str(rate) for name, rate in rates.items()},
@@ -42,7 +44,7 @@ def _speed(rows: list[Row], column: str) -> float:
     """Way by time over all episodes that have both [m/s]."""
     ways, steps = np.array([[float(row[column]), float(row["steps"])] for row in rows]).T
     ended = np.isfinite(ways)
-    return float(ways[ended].sum() / (0.05 * steps[ended].sum()))
+    return float(ways[ended].sum() / (_STEP * steps[ended].sum()))
 
 
 def by_scene(rows: list[Row]) -> dict[str, Any]:
@@ -57,12 +59,13 @@ def summarise(runs: Mapping[str, list[Row]], path: Path) -> None:
         name: figures(rows) | {"scenes": by_scene(rows)} for name, rows in runs.items() if rows
     }
     head = ("run", "n", "ticks", *_OUTCOMES, "errors, NaN", "solver fallback, failed")
-    print("| " + " | ".join((*head, "base m/s", "EE m/s")) + " |")
-    print("|---" * (len(head) + 2) + "|")
+    print("| " + " | ".join((*head, "s / episode", "base m/s", "EE m/s")) + " |")
+    print("|---" * (len(head) + 3) + "|")
     for name, run in result.items():
         cells = [name, run["episodes"], run["ticks"], *(run["table"][o] for o in _OUTCOMES)]
         cells += [f"{run['errors']}, {run['not_finite']}"]
         cells += [f"{run['solver_fallbacks']}, {run['solver_failures']}"]
+        cells += [f"{run['mean_seconds']:.1f}"]
         cells += [f"{run['mean_base_speed']:.3f}", f"{run['mean_ee_speed']:.3f}"]
         print("| " + " | ".join(str(cell) for cell in cells) + " |")
     write_json({**circumstances(), "runs": result}, path)

@@ -1,0 +1,88 @@
+"""What does each rule of the local map do? HRA with the camera, each rule off alone.
+
+Validation instances, seed = instance number; each episode is a row in a CSV file, as in
+`safety.py`, and a run that was stopped goes on where it was. All runs of a scene come before the
+next scene, so that a budget that ends leaves runs that can be compared. One thread.
+
+    python benchmarks/map_rules.py [--scenes room forest] [--instances 10] [--budget 3600]
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from safety import Run, perform, read
+from safety_table import summarise
+
+from horf_env.control import PRESETS
+from horf_env.perception import CameraModel, FrameSettings, MapSettings
+from horf_env.scenes import SCENES
+from horf_env.task import STEP
+
+FOLDER = Path("benchmarks/results/map_rules")
+_FRAMES = 5  # the paper's
+_IMAGES = ((32, 24), (64, 48), (96, 72))  # pixels; the default's is the first run
+
+
+def _map(**changes: float) -> Run:
+    return Run({"memory": replace(MapSettings(), **changes)})
+
+
+def _control(**changes: bool) -> Run:
+    return Run({"control": replace(PRESETS["default"], **changes)})
+
+
+def _images() -> dict[str, Run]:
+    default = CameraModel()
+    return {
+        f"image_{width}x{height}": Run({"camera": replace(default, width=width, height=height)})
+        for width, height in _IMAGES
+        if (width, height) != (default.width, default.height)
+    }
+
+
+RUNS: dict[str, Run] = {
+    "default": Run(),
+    "no_fill_above": _map(fill_above=False),
+    "no_fill_behind": _map(fill_behind=0.0),
+    "no_guard_unseen": _control(guard_unseen=False),
+    "no_guard_reach": _control(guard_reach=False),
+    "no_guard_at_all": _map(guard_unseen_ground=False),
+    "no_carving": _map(carving=False),
+    # The map, but it forgets as fast as the paper's memory.
+    "no_history": _map(history=_FRAMES * STEP),
+    "five_frames": Run({"memory": FrameSettings(frames=_FRAMES)}),
+    **_images(),
+}
+
+
+def main() -> None:
+    """Do what is left, print the table and write the JSON."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", nargs="+", choices=list(RUNS), default=list(RUNS))
+    parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=list(SCENES))
+    parser.add_argument("--instances", type=int, default=10, help="of each scene")
+    parser.add_argument("--budget", type=float, default=np.inf, help="s; then no episode is begun")
+    parser.add_argument("--out", type=Path, default=FOLDER, help="folder of rows and summary")
+    arguments = parser.parse_args()
+    deadline = time.monotonic() + arguments.budget
+    for scene, name in itertools.product(arguments.scenes, arguments.runs):
+        perform(
+            RUNS[name],
+            arguments.out / f"{name}.csv",
+            split="validation",
+            instances=arguments.instances,
+            scenes=[scene],
+            deadline=deadline,
+        )
+    rows = {name: read(arguments.out / f"{name}.csv") for name in RUNS}
+    summarise(rows, arguments.out / "summary.json")
+
+
+if __name__ == "__main__":
+    main()
