@@ -30,10 +30,10 @@ _NEAR = 0.1  # m; distances that matter to an avoidance row
 
 
 def nearest(layer: SdfQpLayer, sensed: Sensed) -> tuple[FloatArray, float]:
-    """Distance of each body as a layer sees it, and the microseconds it takes."""
-    begin = time.perf_counter()
+    """Distance of each body as a layer sees it, and the microseconds of processor time it takes."""
+    begin = time.thread_time_ns()
     witnesses = layer._obstacles(sensed)
-    return witnesses.distance[:, 0], 1e6 * (time.perf_counter() - begin)
+    return witnesses.distance[:, 0], 1e-3 * (time.thread_time_ns() - begin)
 
 
 def measure(count: int, seed: int) -> dict[str, Any]:
