@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from horf_env.robot import ARM_READY, integrate
+from horf_env.robot import ARM_READY, LIMITS, integrate
 from horf_env.robot.limits import ARM_UPPER
 from horf_env.scenes.scene import Box, Cylinder
 from horf_env.simulation import WorldState
@@ -130,10 +130,27 @@ def test_dynamic_base_does_not_slip_sideways(make_world):
     assert abs(moved @ [-np.sin(heading), np.cos(heading)]) < 1e-3
 
 
-def test_dynamic_arm_does_not_sag(make_world):
-    world = make_world(mode="dynamic", arm=(0.0, 1.0, 0.0, -0.5, 0.0, 1.5, 0.0))
+def test_dynamic_robot_stays_where_it_is_for_twenty_seconds(make_world):
+    world = make_world(mode="dynamic", arm=(0.4, 1.0, 0.0, -0.5, 0.0, 1.5, 0.0))
     start = world.state.configuration
-    np.testing.assert_allclose(drive(world, np.zeros(9), 20).configuration, start, atol=1e-9)
+    result = drive(world, np.zeros(9), round(20.0 / STEP))
+    np.testing.assert_allclose(result.configuration, start, atol=1e-9)
+    np.testing.assert_allclose(result.velocity, np.zeros(9), atol=1e-9)
+
+
+def test_dynamic_motion_equals_kinematic_motion_under_a_smooth_command(make_world):
+    """All joints speed up and slow down at once, at up to two fifths of their accelerations."""
+    period = 4.0
+    largest = 0.8 * LIMITS["ld60"].acceleration * period / (4.0 * np.pi)
+    signs = np.r_[1, np.resize([1, -1], 8)]
+    speeds = signs * np.minimum(largest, np.r_[0.6, 0.6, np.full(7, 0.3)])
+    exact, motors = make_world(), make_world(mode="dynamic")
+    for time in np.arange(0.5 * STEP, period, STEP):
+        velocity = speeds * (1.0 - np.cos(2.0 * np.pi * time / period))
+        expected, result = exact.move(velocity, STEP), motors.move(velocity, STEP)
+        np.testing.assert_allclose(result.velocity, expected.velocity, atol=3e-3)
+        np.testing.assert_allclose(result.configuration, expected.configuration, atol=2.5e-3)
+    assert result.contact is None
 
 
 def test_dynamic_motors_have_limited_force(make_world):
