@@ -54,6 +54,10 @@ class GeometryError(HorfEnvError, ValueError):
         super().__init__(f"link {link!r}: {problem}")
 
 
+class CloudError(HorfEnvError, ValueError):
+    """A point cloud of the wrong shape, or with a coordinate that is not finite."""
+
+
 class ConfigurationError(HorfEnvError, ValueError):
     """A configuration of the wrong shape, not finite, or outside the joint limits."""
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from horf_env.errors import UnknownNameError
+from horf_env.errors import CloudError, UnknownNameError
 from horf_env.robot import Part, RobotState
 from horf_env.robot.parts import Elements
 from horf_env.sdf.arrays import shape_of, work_space
@@ -98,7 +98,7 @@ class RobotSdf:
             configuration: Shape (10,).
 
         Raises:
-            ValueError: If the points are not finite or of another shape.
+            CloudError: If the points are not finite or of another shape.
         """
         found = self.witnesses(
             points, self._robot.state(configuration), count=1, spacing=0.0, cutoff=np.inf
@@ -134,7 +134,7 @@ class RobotSdf:
             first_body: Bodies before this one get no witness.
 
         Raises:
-            ValueError: If the points are not finite or of another shape.
+            CloudError: If the points are not finite or of another shape.
         """
         points = self._cloud(points)
         if velocity is None:
@@ -154,7 +154,7 @@ class RobotSdf:
             numbers,
             indices,
         ):
-            raise ValueError(_NOT_FINITE)
+            raise CloudError(_NOT_FINITE)
         return Witnesses.from_table(numbers, indices)
 
     def floor_witnesses(self, state: RobotState) -> Witnesses:
@@ -227,7 +227,7 @@ class RobotSdf:
             tolerance,
             inside,
         ):
-            raise ValueError(_NOT_FINITE)
+            raise CloudError(_NOT_FINITE)
         return inside
 
     def _cloud(self, points: FloatArray) -> FloatArray:
@@ -245,12 +245,12 @@ class RobotSdf:
 def _cloud(points: FloatArray) -> FloatArray:
     points = np.ascontiguousarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"points: expected shape (N, 3), got {points.shape}")
+        raise CloudError(f"points: expected shape (N, 3), got {points.shape}")
     return points
 
 
 def _checked(points: FloatArray) -> FloatArray:
     points = _cloud(points)
     if not np.isfinite(points).all():
-        raise ValueError(_NOT_FINITE)
+        raise CloudError(_NOT_FINITE)
     return points

@@ -99,7 +99,7 @@ def test_a_kuka_iiwa_agrees_with_brute_force(tmp_path):
         distance = np.where(inside, -1, 1) * np.sqrt(squared)
         np.testing.assert_allclose(sdf.link_distance(body, local), distance, atol=1e-9)
     np.testing.assert_allclose(
-        found.gradient, central_differences(sdf, robot, q, points), atol=1e-5
+        found.gradient, central_differences(sdf, robot, q, points), atol=1e-6
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from horf_env.robot import collision_parts
+from horf_env.sdf import cache
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.fields import Fields, bounds, build_fields
 from horf_env.sdf.geometry import body_geometry
@@ -42,6 +43,34 @@ def test_a_truncated_cache_is_rebuilt(finger, tmp_path):
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:-2000])
     assert (cached_fields(finger, tmp_path).nodes == built.nodes).all()
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"nodes": np.zeros((5, 4), dtype=np.float32)},
+        {"near_faces": np.zeros(5, dtype=np.int32)},
+        {"frames": np.zeros((2, 11))},
+        {"nodes": None},
+    ],
+)
+def test_a_cache_with_other_contents_is_rebuilt(finger, tmp_path, caplog, other):
+    built = cached_fields(finger, tmp_path)
+    (path,) = tmp_path.iterdir()
+    stored = {"nodes": built.nodes, "near_faces": built.near_faces, "frames": built.frames} | other
+    np.savez(path.open("wb"), **{name: a for name, a in stored.items() if a is not None})
+    assert (cached_fields(finger, tmp_path).nodes == built.nodes).all()
+    assert "building them anew" in caplog.text
+
+
+def test_a_cache_of_another_version_is_not_read(finger, tmp_path, monkeypatch):
+    monkeypatch.setattr(cache, "_FORMAT", cache._FORMAT - 1)
+    built = cached_fields(finger, tmp_path)
+    (path,) = tmp_path.iterdir()
+    np.savez(path.open("wb"), nodes=np.zeros(1), near_faces=np.zeros(1), frames=built.frames)
+    monkeypatch.undo()
+    assert (cached_fields(finger, tmp_path).nodes == built.nodes).all()
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_a_folder_that_cannot_be_written_is_no_obstacle(finger, tmp_path, caplog):
