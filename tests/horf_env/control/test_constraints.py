@@ -100,7 +100,7 @@ def test_avoidance_rows_bound_the_change_of_the_true_distance(make_tick, sdf):
             e = np.eye(9)[i]
             after = sdf.query(own, integrate(QR, e, step)).distance[body]
             before = sdf.query(own, integrate(QR, -e, step)).distance[body]
-            assert -G[4 * body, i] == pytest.approx((after - before) / (2 * step), abs=1e-5)
+            assert -G[4 * body, i] == pytest.approx((after - before) / (2 * step), abs=1e-6)
 
 
 def test_rows_without_a_point_say_nothing(make_tick):
