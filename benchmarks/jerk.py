@@ -1,8 +1,9 @@
 """Does the switching of the nearest point make the robot chatter? Jerk with 1 and 8 points a body.
 
-HRA with full knowledge on the same validation instances; the commanded velocities of each episode
-give the jerk (second difference) and how often accelerations change their sign. Ticks at which the
-robot stands are left out: HRA often waits in front of something until the time is over.
+HRA with full knowledge on the same validation instances, and with the same starts and goals where
+there is no obstacle at all. The commanded velocities of each episode give the jerk (second
+difference) and how often accelerations change their sign. Ticks at which the robot stands are left
+out: HRA often waits in front of something until the time is over.
 
     python benchmarks/jerk.py [--instances 10] [--steps 300] [--out benchmarks/results/jerk.json]
 """
@@ -22,14 +23,27 @@ from circumstances import circumstances, write_json
 import horf_env  # noqa: F401  registers the environment
 from horf_env.control import PRESETS
 from horf_env.planners import PLANNERS
+from horf_env.scenes.scene import Scene
+from horf_env.scenes.source import SceneSource
 from horf_env.task import STEP
 from horf_env.types import FloatArray
 
-WITNESSES = (1, 8)
+POINTS = {"1 point": 1, "8 points": 8, "no obstacles": 8}
 _MOVING = 0.05  # rad/s; the fastest joint of a robot that moves
 _QUIET = 1.0  # rad/s^2; a lesser change of sign is no chatter
 
 Episode = tuple[FloatArray, str]
+
+
+class NoObstacles:
+    """Scenes of another source without their obstacles."""
+
+    def __init__(self, source: SceneSource) -> None:
+        self._source = source
+
+    def pick(self, rng: np.random.Generator, **options: Any) -> Scene:
+        """See `SceneSource`."""
+        return replace(self._source.pick(rng, **options), boxes=(), cylinders=(), spheres=())
 
 
 def velocities(env: gym.Env[Any, Any], instance: int, steps: int) -> Episode:
@@ -68,14 +82,17 @@ def figures(episodes: list[Episode]) -> dict[str, float]:
 
 
 def measure(scenes: list[str], instances: int, steps: int) -> dict[str, dict[str, float]]:
-    """All episodes with each number of witness points."""
-    episodes: dict[int, list[Episode]] = {count: [] for count in WITNESSES}
-    for count, scene in itertools.product(WITNESSES, scenes):
+    """All episodes with each number of witness points, and without obstacles."""
+    episodes: dict[str, list[Episode]] = {name: [] for name in POINTS}
+    for (name, count), scene in itertools.product(POINTS.items(), scenes):
         preset = replace(PRESETS["default"], witnesses=count)
         env = gym.make("horf/Reach-v0", scene=scene, perception="full", control=preset)
-        episodes[count] += [velocities(env, k, steps) for k in range(instances)]
+        if name == "no obstacles":
+            inner: Any = env.unwrapped
+            inner._scenes = NoObstacles(inner._scenes)
+        episodes[name] += [velocities(env, k, steps) for k in range(instances)]
         env.close()
-    return {str(count): figures(found) for count, found in episodes.items()}
+    return {name: figures(found) for name, found in episodes.items()}
 
 
 def main() -> None:
@@ -87,10 +104,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/jerk.json"))
     arguments = parser.parse_args()
     found = measure(arguments.scenes, arguments.instances, arguments.steps)
-    for count, row in found.items():
-        print(f"{count} points:", *(f"{name} {value:.3g}" for name, value in row.items()), sep="  ")
+    for name, row in found.items():
+        print(f"{name}:", *(f"{key} {value:.3g}" for key, value in row.items()), sep="  ")
     options = {name: getattr(arguments, name) for name in ("scenes", "instances", "steps")}
-    write_json({**circumstances(), **options, "witnesses": found}, arguments.out)
+    write_json({**circumstances(), **options, "jerk": found}, arguments.out)
 
 
 if __name__ == "__main__":
