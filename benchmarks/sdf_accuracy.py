@@ -32,6 +32,7 @@ from horf_env.types import FloatArray
 
 _AROUND = 0.3  # m around a body; where points outside of it lie
 _NEAR = 0.05  # m; how far outside the fields of visual meshes are judged
+_OFF = 0.1  # mm; PyBullet's distance differs by more
 _LOADS = 9  # times a file is read
 _MM = 1e3
 
@@ -70,6 +71,7 @@ def hull_errors(sdf: RobotSdf, bodies: Bodies, count: int, seed: int) -> dict[st
                 row[f"libigl_{side}_m"] = float(np.abs(own - distance).max())
                 row[f"pybullet_{side}_least_mm"] = float(difference.min())
                 row[f"pybullet_{side}_greatest_mm"] = float(difference.max())
+                row[f"pybullet_{side}_share_off"] = float((np.abs(difference) > _OFF).mean())
             rows[BODIES[k].frame] = row
     return rows
 

@@ -11,9 +11,9 @@ from horf_env.robot import LIMITS, ConvexPart, MobileManipulator, integrate
 from horf_env.sdf import RobotSdf
 from horf_env.types import FloatArray
 
-# rad or m. Longer steps meet the kinks of the second derivative, where the nearest point passes
-# from a face to an edge; with shorter ones rounding grows. Both are below 1e-9 with this one.
-_STEP = 1e-5
+# rad or m. Rounding leaves 1e-9. Where the nearest point passes from a face to an edge the second
+# derivative jumps; longer steps meet such places more often, and err more there.
+_STEP = 1e-6
 # Weights of the values one and two steps ahead, less those behind.
 _WEIGHTS = np.array([2.0 / 3.0, -1.0 / 12.0])
 _CLOUD = 300  # points around the robot, the nearest of which counts
