@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from horf_env.errors import CloudError, UnknownNameError
-from horf_env.robot import ARM_READY, LIMITS, collision_parts, integrate
+from horf_env.robot import ARM_READY, LIMITS, collision_parts, integrate, point_jacobian
 from horf_env.sdf import RobotSdf
 
 QR = np.concatenate([[0.4, -0.3, 0.7], ARM_READY])
@@ -144,3 +144,19 @@ def test_a_cloud_of_another_shape_is_refused(sdf):
 def test_an_unknown_geometry_is_refused(robot):
     with pytest.raises(UnknownNameError, match="did you mean 'hull'"):
         RobotSdf.load(robot, "hul")
+
+
+@pytest.mark.parametrize("body", range(9))
+def test_where_several_surface_points_are_nearest_one_of_them_gives_the_gradient(robot, sdf, body):
+    """On corners, edges and faces, and in the middle of a part."""
+    state = robot.state(QR)
+    pose = state.link_poses[body]
+    for part in collision_parts()[body]:
+        a, b, c = part.vertices[part.faces[0]]
+        for local in (a, (a + b) / 2, (a + b + c) / 3, part.vertices.mean(axis=0)):
+            point = pose[:3, :3] @ local + pose[:3, 3]
+            found = sdf.witnesses(point[None], state, count=1, spacing=0.0, cutoff=np.inf)
+            normal, gradient = found.normal[body, 0], found.gradient[body, 0]
+            assert np.linalg.norm(normal) == pytest.approx(1.0)
+            expected = -normal @ point_jacobian(state, body, point)
+            np.testing.assert_allclose(gradient, expected, atol=1e-12)
