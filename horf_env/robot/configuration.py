@@ -9,6 +9,10 @@ from horf_env.types import FloatArray
 # Below this turn [rad] the arc is drawn as its chord's Taylor series; the error is under 1e-13 m.
 _STRAIGHT_TURN = 1e-4
 
+# The map at heading 0, but without the base's forward speed: turn and joints move themselves.
+_HEADLESS_MAP = np.eye(10, 9, k=-1)
+_HEADLESS_MAP[1, 0] = 0.0
+
 
 def integrate(configuration: FloatArray, velocity: FloatArray, dt: float) -> FloatArray:
     """Configuration after a time at constant velocity.
@@ -43,9 +47,7 @@ def velocity_map(theta: float) -> FloatArray:
     Returns:
         Shape (10, 9). The first column is the rolling constraint of a differential drive.
     """
-    B = np.zeros((10, 9))
+    B = _HEADLESS_MAP.copy()
     B[0, 0] = np.cos(theta)
     B[1, 0] = np.sin(theta)
-    B[2, 1] = 1.0
-    B[3:, 2:] = np.eye(7)
     return B

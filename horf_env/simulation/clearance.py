@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pybullet
+from numba import njit
 
 from horf_env.scenes.scene import Scene
 from horf_env.simulation.obstacles import bounding_boxes, create_obstacles
@@ -68,8 +69,10 @@ class ClearanceChecker:
         names = robot.link_names
         self._name_of = dict(zip(robot.link_indices, names, strict=True))
         self._base = [names.index(name) for name in _BASE]
+        self._base_boxes = robot.link_boxes[self._base]
         self._arm = [k for k in range(len(names)) if k not in self._base]
         self._hitting = [names.index(name) for name in _HITS_BASE]
+        self._hitting_radii = robot.link_radii[self._hitting]
 
     def check(self, centres: FloatArray) -> Clearance:
         """The clearance now.
@@ -113,8 +116,8 @@ class ClearanceChecker:
         c, s = np.cos(theta), np.sin(theta)
         R_world_base = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         in_base = (centres[self._hitting] - [x, y, 0.0]) @ R_world_base
-        radii, boxes = self._robot.link_radii[self._hitting], self._robot.link_boxes[self._base]
-        for i, j in np.argwhere(_gaps(in_base, radii, boxes) < QUERY_RANGE):
+        gaps = _gaps(in_base, self._hitting_radii, self._base_boxes)
+        for i, j in np.argwhere(gaps < QUERY_RANGE):
             link, base = self._hitting[i], self._base[j]
             yield from self._closest(
                 self._robot.link_names[base],
@@ -133,9 +136,16 @@ class ClearanceChecker:
             yield Clearance(point[8], (self._name_of[point[3]], other))
 
 
+@njit(cache=True)
 def _gaps(centres: FloatArray, radii: FloatArray, boxes: FloatArray) -> FloatArray:
     """Distance of each of L spheres to each of M boxes, negative inside, shape (L, M), m."""
-    outside = np.maximum(boxes[:, 0] - centres[:, None], centres[:, None] - boxes[:, 1])
-    np.maximum(outside, 0.0, out=outside)
-    distance: FloatArray = np.sqrt(np.einsum("lmi,lmi->lm", outside, outside))
-    return distance - radii[:, None]
+    gaps = np.empty((len(centres), len(boxes)))
+    for k in range(len(centres)):
+        for m in range(len(boxes)):
+            squared = 0.0
+            for j in range(3):
+                c = centres[k, j]
+                outside = max(boxes[m, 0, j] - c, c - boxes[m, 1, j], 0.0)
+                squared += outside * outside
+            gaps[k, m] = np.sqrt(squared) - radii[k]
+    return gaps

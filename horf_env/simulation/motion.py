@@ -71,7 +71,7 @@ def move_kinematic(
         velocity: Shape (9,), m/s and rad/s.
         duration: In s.
     """
-    start, _ = robot.state()
+    start = robot.configuration()
     robot.set_state(start, velocity)
     motion = robot.motion()
     least = clearance = before

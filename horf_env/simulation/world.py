@@ -148,9 +148,11 @@ class PyBulletWorld:
         contents = self._ready
         if self._renderer is None:
             self._renderer = SceneRenderer(self._file, contents.scene)
-        configuration, _ = contents.robot.state()
         return self._renderer.render(
-            configuration, width=width, height=height, viewpoint=viewpoint or Viewpoint()
+            contents.robot.configuration(),
+            width=width,
+            height=height,
+            viewpoint=viewpoint or Viewpoint(),
         )
 
     def close(self) -> None:
