@@ -69,7 +69,7 @@ class CameraModel:
         if not 0.0 < self.near < self.far:
             raise ValueError(f"camera: expected 0 < near < far, got {self.near} and {self.far}")
 
-    @property
+    @cached_property
     def focal_lengths(self) -> tuple[float, float]:
         """(fx, fy) in pixels."""
         fx = 0.5 * self.width / np.tan(0.5 * self.horizontal_fov)
@@ -92,14 +92,15 @@ class CameraModel:
         rays.setflags(write=False)
         return rays
 
-    @property
+    @cached_property
     def T_base_camera(self) -> FloatArray:  # noqa: N802, poses are called T_a_b throughout
-        """Pose of the camera in the frame of the base, shape (4, 4)."""
+        """Pose of the camera in the frame of the base, shape (4, 4), read-only."""
         s, c = np.sin(self.pitch_up), np.cos(self.pitch_up)
         T = np.eye(4)
         # Columns: image right = -y of the base, image down, optical axis.
         T[:3, :3] = [[0.0, s, c], [-1.0, 0.0, 0.0], [0.0, -c, s]]
         T[:3, 3] = self.position
+        T.setflags(write=False)
         return T
 
     def within_range(self, depth: DepthImage) -> DepthImage:

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from horf_env.perception.camera import CameraModel, DepthImage
-from horf_env.perception.image_bounds import bounding_sphere, pixel_window
+from horf_env.perception.image_bounds import pixel_windows
 from horf_env.perception.ray_casting import RayCaster
 from horf_env.types import FloatArray
-
-_WHOLE_IMAGE = (slice(None), slice(None))
 
 
 class DepthCamera:
@@ -27,7 +25,7 @@ class DepthCamera:
         self._rays = model.rays.astype(np.float32)
         self._scene: RayCaster | None = None
         self._bodies: list[RayCaster] = []
-        self._spheres: list[tuple[FloatArray, float]] = []
+        self._corners, self._starts = np.empty((0, 3)), np.zeros(1, dtype=np.int64)
 
     def set_scene(self, vertices: ArrayLike, faces: ArrayLike) -> None:
         """Replace the scene, floor included.
@@ -51,7 +49,9 @@ class DepthCamera:
             ValueError: If a mesh is malformed.
         """
         self._bodies = [RayCaster(vertices, faces) for vertices, faces in meshes]
-        self._spheres = [bounding_sphere(np.asarray(vertices)) for vertices, _ in meshes]
+        corners = [np.asarray(vertices, dtype=float) for vertices, _ in meshes]
+        self._corners = np.concatenate(corners)
+        self._starts = np.cumsum([0, *map(len, corners)])
 
     def render(
         self, T_world_camera: FloatArray, T_world_bodies: FloatArray | Sequence[FloatArray] = ()
@@ -78,22 +78,23 @@ class DepthCamera:
             )
         rotation, position = T_world_camera[:3, :3], T_world_camera[:3, 3]
         depth = np.full(self._rays.shape[:2], np.inf, dtype=np.float32)
-        self._cast(self._scene, rotation, position, _WHOLE_IMAGE, depth)
-        for k, T_world_body in enumerate(T_world_bodies):
-            to_body = T_world_body[:3, :3].T
-            self._cast_body(
-                k, to_body @ rotation, to_body @ (position - T_world_body[:3, 3]), depth
-            )
+        self._cast(self._scene, rotation, position, np.s_[:, :], depth)
+        poses = np.asarray(T_world_bodies).reshape(-1, 4, 4)
+        windows = pixel_windows(
+            self._corners,
+            self._starts,
+            T_world_camera,
+            poses,
+            self.model.focal_lengths,
+            depth.shape,
+        )
+        for k, (top, bottom, left, right) in enumerate(windows.tolist()):
+            if top < bottom and left < right:
+                to_body = poses[k, :3, :3].T
+                place = to_body @ (position - poses[k, :3, 3])
+                window = np.s_[top:bottom, left:right]
+                self._cast(self._bodies[k], to_body @ rotation, place, window, depth)
         return self.model.within_range(depth)
-
-    def _cast_body(
-        self, k: int, rotation: FloatArray, position: FloatArray, depth: DepthImage
-    ) -> None:
-        """Lower the depth to the hits with body k, where its bounding sphere can be seen."""
-        centre, radius = self._spheres[k]
-        window = pixel_window(self.model, (centre - position) @ rotation, radius)
-        if window is not None:
-            self._cast(self._bodies[k], rotation, position, window, depth)
 
     def _cast(
         self,

@@ -114,7 +114,9 @@ def _load(
                 seen |= body_layers
             unseen = ~(seen | occupied) & all_layers
             space.unseen[i, j] = unseen
-            space.filled[i, j] = _filled_upwards(occupied, unseen) if above else occupied
+            space.filled[i, j] = occupied
+            if above and occupied:
+                space.filled[i, j] = _filled_upwards(occupied, unseen)
 
 
 @njit(cache=True)

@@ -2,52 +2,79 @@
 
 from __future__ import annotations
 
-from math import asin, atan2, ceil, floor, hypot, tan
-
 import numpy as np
+from numba import njit
 
-from horf_env.perception.camera import CameraModel
-from horf_env.types import FloatArray
+from horf_env.types import FloatArray, IntArray
 
-
-def bounding_sphere(vertices: FloatArray) -> tuple[FloatArray, float]:
-    """A sphere around all vertices (not the smallest): centre (3,) and radius [m]."""
-    centre = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    return centre, float(np.linalg.norm(vertices - centre, axis=1).max())
+_AHEAD = 1e-6  # m; corners that are not this far ahead of the camera have no place in its image
+_EDGE = 1e-3  # pixels; more than rounding moves a corner
 
 
-def pixel_window(
-    model: CameraModel, centre: FloatArray, radius: float
-) -> tuple[slice, slice] | None:
-    """Rows and columns of the image that a sphere can touch.
+@njit(cache=True)
+def pixel_windows(
+    corners: FloatArray,
+    starts: IntArray,
+    T_world_camera: FloatArray,
+    T_world_bodies: FloatArray,
+    focal: tuple[float, float],
+    shape: tuple[int, int],
+) -> IntArray:
+    """Rows and columns of the image that hold all pixels whose rays can hit a body.
 
     Args:
-        model: The camera.
-        centre: Centre of the sphere in camera axes, shape (3,), m.
-        radius: Radius of the sphere [m].
+        corners: Vertices of all bodies, each in its body's frame, shape (V, 3), m.
+        starts: First vertex of each body, and the number of all, shape (B + 1,).
+        T_world_camera: Pose of the camera, shape (4, 4).
+        T_world_bodies: Poses of the bodies, shape (B, 4, 4).
+        focal: Focal lengths (fx, fy) [px].
+        shape: Rows and columns of the image.
 
     Returns:
-        (rows, columns), which may hold a few pixels too many, never one too few; None if the sphere
-        is out of sight.
+        (first row, end of the rows, first column, end of the columns) of each body, shape (B, 4);
+        an end is not above its first if the body is out of sight.
     """
-    x, y, z = centre.tolist()
-    rows = _pixel_range(y, z, radius, 0.5 * model.vertical_fov, model.height)
-    columns = _pixel_range(x, z, radius, 0.5 * model.horizontal_fov, model.width)
-    return None if rows is None or columns is None else (rows, columns)
+    windows = np.zeros((len(T_world_bodies), 4), dtype=np.int64)
+    R, t = T_world_camera[:3, :3], T_world_camera[:3, 3]
+    place, slopes = np.empty(3), np.empty((2, 2))
+    for b in range(len(windows)):
+        T, ahead, behind = T_world_bodies[b], False, False
+        slopes[:, 0], slopes[:, 1] = np.inf, -np.inf
+        lowest, highest = np.full(2, np.inf), np.full(2, -np.inf)
+        for v in range(starts[b], starts[b + 1]):
+            _see(corners[v], T, R, t, place)
+            visible = place[2] > _AHEAD
+            ahead, behind = ahead or visible, behind or not visible
+            for axis in range(2):
+                lowest[axis] = min(lowest[axis], place[axis])
+                highest[axis] = max(highest[axis], place[axis])
+                if visible:
+                    slope = place[axis] / place[2]
+                    slopes[axis, 0] = min(slopes[axis, 0], slope)
+                    slopes[axis, 1] = max(slopes[axis, 1], slope)
+        if not ahead:
+            continue
+        for axis in range(2):
+            # Beside the camera a body that reaches behind it leaves the image on that side.
+            low = -np.inf if behind and lowest[axis] < 0.0 else slopes[axis, 0]
+            high = np.inf if behind and highest[axis] > 0.0 else slopes[axis, 1]
+            count, scale = shape[1 - axis], focal[axis]
+            first = np.ceil(scale * low + 0.5 * count - 0.5 - _EDGE)
+            last = np.floor(scale * high + 0.5 * count - 0.5 + _EDGE)
+            windows[b, 2 - 2 * axis] = int(max(first, 0.0))
+            windows[b, 3 - 2 * axis] = int(min(last, count - 1.0)) + 1
+    return windows
 
 
-def _pixel_range(
-    across: float, ahead: float, radius: float, half_fov: float, count: int
-) -> slice | None:
-    """Range along one image axis: between the two lines through the camera that touch a circle."""
-    distance = hypot(across, ahead)
-    if distance <= radius:
-        return slice(0, count)
-    middle, half_angle = atan2(across, ahead), asin(radius / distance)
-    low, high = max(middle - half_angle, -half_fov), min(middle + half_angle, half_fov)
-    if low >= high:
-        return None
-    focal = 0.5 * count / tan(half_fov)
-    first = max(floor(focal * tan(low) + 0.5 * count), 0)
-    last = min(ceil(focal * tan(high) + 0.5 * count), count)
-    return slice(first, last)
+@njit(cache=True)
+def _see(
+    corner: FloatArray, T: FloatArray, R: FloatArray, t: FloatArray, place: FloatArray
+) -> None:
+    """Write the place of a body's corner in camera axes."""
+    place[:] = 0.0
+    for i in range(3):
+        offset = T[i, 3] - t[i]
+        for j in range(3):
+            offset += T[i, j] * corner[j]
+        for k in range(3):
+            place[k] += R[i, k] * offset

@@ -63,6 +63,29 @@ def body_distance(
 
 
 @njit(cache=True)
+def is_within(
+    shape: Shape, heights: FloatArray, body: int, x: float, y: float, z: float, tolerance: float
+) -> bool:
+    """Whether the distance of a point to a body is below a tolerance [m].
+
+    Most points are far from the surface or on it: the fields' bounds tell of the former, and the
+    triangles about the nearest one of the latter, without a look at all the planes of a part.
+    """
+    for part in range(shape.body_start[body], shape.body_start[body + 1]):
+        if shape.part_start[part] < shape.part_start[part + 1]:
+            low, _, row = bounds(shape.nodes, shape.frames, part, x, y, z)
+            if low >= tolerance:
+                continue
+            face = shape.near_faces[row]
+            # No less than the distance, as it is that of some point of the surface.
+            if outside_distance(shape.faces, shape.links, face, x, y, z)[0] < tolerance:
+                return True
+        if part_distance(shape, heights, part, x, y, z)[0] < tolerance:
+            return True
+    return False
+
+
+@njit(cache=True)
 def body_distances(
     shape: Shape, heights: FloatArray, body: int, points: FloatArray, distances: FloatArray
 ) -> None:

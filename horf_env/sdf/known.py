@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from horf_env.sdf.arrays import Shape, work_of
-from horf_env.sdf.bodies import body_distance, to_body
+from horf_env.sdf.bodies import is_within, to_body
 from horf_env.sdf.kernel import chain_rule
 from horf_env.sdf.scan import SCAN_ERROR, box_distances, chunk_minima, load
 from horf_env.sdf.shortlist import shortlist
@@ -98,5 +98,5 @@ def mark_within(
         for i in work.listed[:found]:
             if not inside[i]:
                 x, y, z = to_body(poses[b], points, i)
-                inside[i] = body_distance(shape, work.heights, b, x, y, z)[0] < tolerance
+                inside[i] = is_within(shape, work.heights, b, x, y, z, tolerance)
     return True

@@ -3,7 +3,7 @@ import pytest
 import trimesh
 
 from horf_env.perception import CameraModel, DepthCamera
-from horf_env.perception.image_bounds import bounding_sphere, pixel_window
+from horf_env.perception.image_bounds import pixel_windows
 from horf_env.perception.ray_casting import RayCaster
 from horf_env.robot import ARM_READY, collision_parts
 from horf_env.robot.limits import ARM_LOWER, ARM_UPPER
@@ -163,41 +163,54 @@ def test_the_hand_is_seen_at_its_distance(robot):
     assert 0 < hand[2] - depth[row, column] < 0.1  # the surface is in front of the hand's origin
 
 
-def test_pixel_windows_miss_no_pixel_of_a_sphere():
+def windows_of(bodies, poses=None):
+    """Pixel windows of bodies given by their corners; the camera looks along the world's z axis."""
+    poses = np.tile(np.eye(4), (len(bodies), 1, 1)) if poses is None else poses
+    starts = np.cumsum([0, *map(len, bodies)])
+    return pixel_windows(
+        np.concatenate(bodies), starts, np.eye(4), poses, MODEL.focal_lengths, (48, 64)
+    )
+
+
+def test_pixel_windows_hold_the_pixels_whose_rays_hit_a_body_and_few_more():
     rng = np.random.default_rng(0)
-    sphere = np.array(trimesh.creation.icosphere(subdivisions=4).vertices)
-    fx, fy = MODEL.focal_lengths
-    kept = 0
-    for _ in range(500):
-        centre, radius = rng.uniform([-1, -1, -0.5], [1, 1, 1.5]), rng.uniform(0.02, 0.4)
-        points = centre + radius * sphere
-        points = points[points[:, 2] > 1e-3]
-        u = fx * points[:, 0] / points[:, 2] + 32
-        v = fy * points[:, 1] / points[:, 2] + 24
-        seen = (u >= 0) & (u < 64) & (v >= 0) & (v < 48)
-        window = pixel_window(MODEL, centre, radius)
-        if window is None:
-            assert not seen.any()
+    kept, straddling = 0, 0
+    for _ in range(300):
+        corners = rng.uniform([-1, -1, -0.5], [1, 1, 1.5]) + rng.uniform(-0.4, 0.4, (8, 3))
+        body = trimesh.convex.convex_hull(corners)
+        rays = MODEL.rays.reshape(-1, 3).astype(np.float32)
+        limits = np.full(len(rays), 1e3, dtype=np.float32)
+        hits = RayCaster(body.vertices, body.faces).cast(np.zeros(3), rays, limits)
+        rows, columns = np.nonzero(hits.reshape(48, 64) < 1e3)
+        (top, bottom, left, right) = windows_of([corners])[0]
+        if not len(rows):
             continue
-        rows, columns = window
         kept += 1
-        assert (rows.start <= v[seen]).all()
-        assert (v[seen] < rows.stop).all()
-        assert (columns.start <= u[seen]).all()
-        assert (u[seen] < columns.stop).all()
-    assert 50 < kept < 450
+        assert top <= rows.min()
+        assert rows.max() < bottom
+        assert left <= columns.min()
+        assert columns.max() < right
+        if corners[:, 2].min() < 0:
+            straddling += 1
+        elif 0 < rows.min() <= rows.max() < 47 and 0 < columns.min() <= columns.max() < 63:
+            # A corner beyond the outermost ray need not be hit by it.
+            assert np.abs([rows.min() - top, bottom - 1 - rows.max()]).max() <= 4
+            assert np.abs([columns.min() - left, right - 1 - columns.max()]).max() <= 4
+    assert kept > 100
+    assert straddling > 10
 
 
-def test_pixel_windows_are_small_for_small_spheres():
-    rows, columns = pixel_window(MODEL, np.array([0.0, 0.0, 2.0]), 0.1)
-    assert rows.stop - rows.start <= 8
-    assert columns.stop - columns.start <= 6
-
-
-def test_bounding_sphere_holds_all_vertices():
-    vertices = np.random.default_rng(1).normal(size=(50, 3))
-    centre, radius = bounding_sphere(vertices)
-    assert np.linalg.norm(vertices - centre, axis=1).max() == pytest.approx(radius)
+def test_pixel_windows_are_empty_out_of_sight():
+    box_corners = np.array(trimesh.creation.box().vertices)
+    ahead, above, beside, behind = (
+        0.1 * box_corners + place for place in ([0, 0, 2], [0, -3, 2], [5, 0, 2], [0, 0, -2])
+    )
+    windows = windows_of([ahead, above, beside, behind])
+    empty = (windows[:, 0] >= windows[:, 1]) | (windows[:, 2] >= windows[:, 3])
+    assert empty.tolist() == [False, True, True, True]
+    moved = np.tile(np.eye(4), (1, 1, 1))
+    moved[0, :3, 3] = [0, 3, 0]
+    np.testing.assert_array_equal(windows_of([above], moved)[0], windows[0])
 
 
 def test_rendering_without_a_scene_or_with_missing_poses_is_refused():
