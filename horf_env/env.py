@@ -25,6 +25,7 @@ from horf_env.faults import Fault
 from horf_env.perception import CameraModel, MemorySettings
 from horf_env.records import StepRecord
 from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
+from horf_env.robot.vectors import norm
 from horf_env.scenes.scene import Scene
 from horf_env.scenes.source import SceneSource, scene_source
 from horf_env.sdf import RobotSdf
@@ -168,7 +169,6 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         action = self._checked(action)
         servo = servo_twist(self._deviation, self.limits.twist_scale)
         points = self._senses.points(self._state)
-        position_error = float(np.linalg.norm(self._deviation[:3]))
         begin = time.perf_counter()
         command = self._layer.command(
             action,
@@ -177,7 +177,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
                 velocity=self._commanded,
                 points=points,
                 unseen=self._senses.unseen_ground(self._state),
-                position_error=position_error,
+                position_error=norm(self._deviation[:3]),
             ),
         )
         self._layer_time = time.perf_counter() - begin
@@ -337,4 +337,4 @@ def _pose(position: tuple[float, ...], quaternion_xyzw: tuple[float, ...]) -> Fl
 
 
 def _distance(T_a: FloatArray, T_b: FloatArray) -> float:
-    return float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
+    return norm(T_b[:3, 3] - T_a[:3, 3])

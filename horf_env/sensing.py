@@ -22,6 +22,8 @@ from horf_env.perception import (
 from horf_env.perception.camera import DepthImage
 from horf_env.perception.thinning import ring
 from horf_env.robot import ConvexPart, RobotState, collision_parts
+from horf_env.robot.placing import placed_points
+from horf_env.robot.vectors import norm
 from horf_env.scenes.scene import Scene
 from horf_env.scenes.scene_mesh import triangles
 from horf_env.scenes.surface_points import surface_points
@@ -78,7 +80,8 @@ class Senses:
         parts = collision_parts()[1:]
         # Not the base: the camera is inside its box and looks ahead.
         self._camera.set_robot([_joined(p) for p in parts])
-        self._inner = [_filling(sdf, body, _corners(p)) for body, p in enumerate(parts, start=1)]
+        inner = [_filling(sdf, body, _corners(p)) for body, p in enumerate(parts, start=1)]
+        self._inner, self._inner_starts = np.concatenate(inner), np.cumsum([0, *map(len, inner)])
         # How far each body of the arm reaches from its origin [m], shape (8, 1).
         self._reach = np.array([[np.linalg.norm(_corners(p), axis=1).max()] for p in parts])
         self._noise = DisparityNoise() if depth_noise else None
@@ -142,7 +145,7 @@ class Senses:
 
     def _true_points(self, centre: FloatArray) -> FloatArray:
         """True surface points around the base, chosen anew only after it has moved."""
-        if np.linalg.norm(centre - self._centre) > _RECENTRE:
+        if norm(centre - self._centre) > _RECENTRE:
             near = ring(self._near_surface, centre, 0.0, _NEAR_RANGE)
             far = ring(self._far_surface, centre, _NEAR_RANGE, _FAR_RANGE)
             self._centre, self._around = centre, np.concatenate([near, far])
@@ -165,12 +168,7 @@ class Senses:
 
     def arm_points(self, state: RobotState) -> FloatArray:
         """Points that fill the arm, in the world, shape (N, 3), m."""
-        return np.concatenate(
-            [
-                inner @ T[:3, :3].T + T[:3, 3]
-                for T, inner in zip(state.link_poses[1:], self._inner, strict=True)
-            ]
-        )
+        return placed_points(self._inner, self._inner_starts, state.link_poses[1:])
 
     def _take_in(self, image: Image) -> None:
         self.depth = image.depth

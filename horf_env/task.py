@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from horf_env.robot.vectors import norm
 from horf_env.types import FloatArray
 
 STEP = 0.05
@@ -62,10 +63,7 @@ def is_reached(deviation: FloatArray) -> bool:
     Args:
         deviation: Position error [m] and rotation vector [rad] to the goal, shape (6,).
     """
-    return bool(
-        np.linalg.norm(deviation[:3]) < POSITION_TOLERANCE
-        and np.linalg.norm(deviation[3:]) < ROTATION_TOLERANCE
-    )
+    return norm(deviation[:3]) < POSITION_TOLERANCE and norm(deviation[3:]) < ROTATION_TOLERANCE
 
 
 def reward_terms(
@@ -87,8 +85,8 @@ def reward_terms(
     """
     reached = is_reached(deviation) and not collided
     return RewardTerms(
-        deviation=-DEVIATION_WEIGHT * float(np.linalg.norm(deviation)),
-        follow=-FOLLOW_WEIGHT * float(np.linalg.norm(servo_twist - twist)),
+        deviation=-DEVIATION_WEIGHT * norm(deviation),
+        follow=-FOLLOW_WEIGHT * norm(servo_twist - twist),
         time=-STEP,
         goal=GOAL_REWARD if reached else 0.0,
         collision=COLLISION_REWARD if collided else _closeness(clearance),
@@ -97,4 +95,4 @@ def reward_terms(
 
 def _closeness(clearance: float) -> float:
     """log(y / s_d) below s_d, else 0. Printed is log(y), which jumps at s_d unless s_d = 1 m."""
-    return float(np.log(np.clip(clearance / SAFE_DISTANCE, _LEAST_DISTANCE / SAFE_DISTANCE, 1.0)))
+    return float(np.log(min(max(clearance, _LEAST_DISTANCE) / SAFE_DISTANCE, 1.0)))

@@ -67,14 +67,10 @@ class Avoidance:
     def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         """See `Rows`."""
         found = self._witnesses(tick)
-        G = -found.gradient.reshape(-1, 9)
-        h = allowed_approach(
-            found.distance.ravel() - self._margin,
-            gain=min(self._gain, 1.0 / tick.dt),
-            braking=tick.limits.braking,
-            dt=tick.dt,
+        gain = min(self._gain, 1.0 / tick.dt)
+        G, h = _barrier(
+            found.gradient, found.distance, self._margin, gain, tick.limits.braking, tick.dt
         )
-        silence(G, h)
         return G, h
 
 
@@ -112,5 +108,30 @@ def silence(G: FloatArray, h: FloatArray) -> None:
         h: Right-hand sides, shape (m,); not finite where there is no point.
     """
     for i in range(len(h)):
-        if not np.isfinite(h[i]) or np.abs(G[i]).max() < _LEAST_GRADIENT:
+        active = False
+        for j in range(G.shape[1]):
+            active = active or abs(G[i, j]) >= _LEAST_GRADIENT
+        if not (active and np.isfinite(h[i])):
             G[i], h[i] = 0.0, INACTIVE
+
+
+@numba.njit(cache=True)
+def _barrier(
+    gradient: FloatArray,
+    distance: FloatArray,
+    margin: float,
+    gain: float,
+    braking: float,
+    dt: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Rows (B * K, 9) and (B * K,) of witness points with gradients (B, K, 9)."""
+    n_bodies, count, n = gradient.shape
+    G, clearance = np.empty((n_bodies * count, n)), np.empty(n_bodies * count)
+    for b in range(n_bodies):
+        for k in range(count):
+            clearance[b * count + k] = distance[b, k] - margin
+            for j in range(n):
+                G[b * count + k, j] = -gradient[b, k, j]
+    h = allowed_approach(clearance, gain, braking, dt)
+    silence(G, h)
+    return G, h

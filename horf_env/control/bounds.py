@@ -78,16 +78,14 @@ class JointDampers:
 
     def bounds(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         """See `Bounds`."""
-        arm = tick.state.configuration[3:]
-        lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
-        lower[2:] = -self._speed(arm - tick.limits.arm_lower)
-        upper[2:] = self._speed(tick.limits.arm_upper - arm)
-        return lower, upper
-
-    def _speed(self, distance: FloatArray) -> FloatArray:
-        speed = (distance - self._stopping) * (self._gain / (self._influence - self._stopping))
-        speed[distance > self._influence] = np.inf
-        return speed
+        return _damped(
+            tick.state.configuration[3:],
+            tick.limits.arm_lower,
+            tick.limits.arm_upper,
+            self._gain / (self._influence - self._stopping),
+            self._influence,
+            self._stopping,
+        )
 
 
 def combined_bounds(limits: Sequence[Bounds], tick: ControlTick) -> tuple[FloatArray, FloatArray]:
@@ -99,6 +97,26 @@ def combined_bounds(limits: Sequence[Bounds], tick: ControlTick) -> tuple[FloatA
     lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
     for limit in limits:
         _intersect(lower, upper, *limit.bounds(tick))
+    return lower, upper
+
+
+@numba.njit(cache=True)
+def _damped(
+    arm: FloatArray,
+    arm_lower: FloatArray,
+    arm_upper: FloatArray,
+    slope: float,
+    influence: float,
+    stopping: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Box (9,), (9,) of the dampers that speed up by `slope` [1/s] with the distance [rad]."""
+    lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
+    for j in range(len(arm)):
+        below, above = arm[j] - arm_lower[j], arm_upper[j] - arm[j]
+        if below <= influence:
+            lower[2 + j] = -((below - stopping) * slope)
+        if above <= influence:
+            upper[2 + j] = (above - stopping) * slope
     return lower, upper
 
 

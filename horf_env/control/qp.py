@@ -139,7 +139,7 @@ class WholeBodyQp:
 
     def _stacked_rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         parts = [row.rows(tick) for row in self._rows]
-        return np.vstack([G for G, _ in parts]), np.concatenate([h for _, h in parts])
+        return np.concatenate([G for G, _ in parts]), np.concatenate([h for _, h in parts])
 
 
 @numba.njit(cache=True)

@@ -87,7 +87,7 @@ class UnseenReach(_UnseenRows):
     def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         state = tick.state
         J = state.T_world_base[:2, :2] @ state.ee_jacobian[:2]
-        G, distance = _reach_rows(tick.unseen, state.T_world_ee[:2, 3].copy(), J)
+        G, distance = _reach_rows(tick.unseen, state.T_world_ee, J)
         return G, distance
 
 
@@ -122,23 +122,24 @@ def _nearest_rows(
 
 @numba.njit(cache=True)
 def _reach_rows(
-    places: FloatArray, gripper: FloatArray, J: FloatArray
+    places: FloatArray, T_world_ee: FloatArray, J: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Rows (16, 9) that give the gripper's approach to the nearest place of each sector.
 
     Args:
         places: In the world, shape (M, 2), m.
-        gripper: Position of the gripper in the world, shape (2,), m.
+        T_world_ee: Pose of the gripper, shape (4, 4).
         J: Its velocity in the world for each velocity, shape (2, 9).
     """
     G, nearest = np.zeros((_SECTORS, 9)), np.full(_SECTORS, np.inf)
     for i in range(len(places)):
-        dx, dy = places[i, 0] - gripper[0], places[i, 1] - gripper[1]
+        dx, dy = places[i, 0] - T_world_ee[0, 3], places[i, 1] - T_world_ee[1, 3]
         distance = np.sqrt(dx * dx + dy * dy)
         sector = _sector(dx, dy)
         if _TOUCHING < distance < nearest[sector]:
             nearest[sector] = distance
-            G[sector] = (dx * J[0] + dy * J[1]) / distance
+            for j in range(J.shape[1]):
+                G[sector, j] = (dx * J[0, j] + dy * J[1, j]) / distance
     return G, nearest - _HAND_RADIUS
 
 

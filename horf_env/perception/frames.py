@@ -68,7 +68,7 @@ class FrameStack:
             Shape (frames, H, W).
         """
         self._frames.extend([frame.copy()] * self._count)
-        return np.stack(self._frames)
+        return np.array(self._frames)
 
     def push(self, frame: Frame) -> Frame:
         """Add a frame and drop the oldest one.
@@ -85,4 +85,4 @@ class FrameStack:
         if not self._frames:
             raise RuntimeError("no first frame yet: call reset first")
         self._frames.append(frame.copy())
-        return np.stack(self._frames)
+        return np.array(self._frames)

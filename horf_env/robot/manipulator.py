@@ -61,7 +61,9 @@ class MobileManipulator:
         """
         self._model = pin.buildModelFromXML(urdf)
         self._data = self._model.createData()
-        self._frame_ids = [self._model.getFrameId(name) for name in (*self.link_names, _EE_FRAME)]
+        names = (*self.link_names, _EE_FRAME)
+        # References: Pinocchio overwrites the placements in place.
+        self._placements = [self._data.oMf[self._model.getFrameId(name)] for name in names]
 
     @classmethod
     def load(cls) -> MobileManipulator:
@@ -92,7 +94,7 @@ class MobileManipulator:
         q.setflags(write=False)
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        frames = np.array([self._data.oMf[k].homogeneous for k in self._frame_ids])
+        frames = np.array([placement.homogeneous for placement in self._placements])
         # Columns of data.J are (linear; angular) velocities at the origin of the world.
         jacobians = shifted_jacobians(
             self._data.J, velocity_map(q[2]), _MOVES, np.ascontiguousarray(frames[:, :3, 3])
