@@ -121,7 +121,7 @@ PRESETS: dict[str, ControlPreset] = {
     # one row a body, gain 1/s, linear term as printed, no rows for the robot's own base. The floor
     # and the shared slack are ours: without the slack some ticks have no solution at all.
     "paper": ControlPreset(
-        objective=ScaledObjective(preferred_velocity=False),
+        objective=ScaledObjective(preferred_velocity=False, change_weight=0.0),
         witnesses=1,
         gain=1.0,
         avoid_own_base=False,
