@@ -228,7 +228,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             )
         if not np.isfinite(array).all():
             raise InvalidActionError(f"action: expected finite numbers, got {array}")
-        return np.asarray(np.clip(array, -1.0, 1.0))
+        return np.minimum(np.maximum(array, -1.0), 1.0)
 
     def _start_episode(self, state: RobotState) -> None:
         self._state, self._velocity = state, np.zeros(9)

@@ -130,9 +130,8 @@ class WholeBodyQp:
         P, c = _eliminated(
             tick.state.ee_jacobian, tick.twist, terms.weights, terms.linear, terms.slack_weight
         )
-        return ReducedQp(
-            P, c, _with_slack(G), h, _with_last(lower, 0.0), _with_last(upper, _MOST_ROW_SLACK)
-        )
+        G, lower, upper = _with_slack(G, lower, upper)
+        return ReducedQp(P, c, G, h, lower, upper)
 
     def _named(self, rows: np.ndarray) -> tuple[str, ...]:
         return tuple(self._names[i] for i in rows.nonzero()[0])
@@ -159,16 +158,14 @@ def _eliminated(
     return P, c
 
 
-def _with_slack(G: FloatArray) -> FloatArray:
-    extended = np.full((len(G), 10), -1.0)
-    extended[:, :9] = G
-    return extended
-
-
-def _with_last(bounds: FloatArray, last: float) -> FloatArray:
-    extended = np.full(10, last)
-    extended[:9] = bounds
-    return extended
+@numba.njit(cache=True)
+def _with_slack(
+    G: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The rows and the box of the velocity, with the row slack as tenth unknown."""
+    rows, low, high = np.full((len(G), 10), -1.0), np.zeros(10), np.full(10, _MOST_ROW_SLACK)
+    rows[:, :9], low[:9], high[:9] = G, lower, upper
+    return rows, low, high
 
 
 def braking_velocity(tick: ControlTick) -> FloatArray:

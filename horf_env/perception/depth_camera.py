@@ -77,7 +77,9 @@ class DepthCamera:
                 f"T_world_bodies: expected {len(self._bodies)} poses, got {len(T_world_bodies)}"
             )
         rotation, position = T_world_camera[:3, :3], T_world_camera[:3, 3]
-        depth = np.full(self._rays.shape[:2], np.inf, dtype=np.float32)
+        # Rays end just beyond what the camera can measure.
+        end = np.nextafter(np.float32(self.model.far), np.float32(np.inf))
+        depth = np.full(self._rays.shape[:2], end)
         self._cast(self._scene, rotation, position, np.s_[:, :], depth)
         poses = np.asarray(T_world_bodies).reshape(-1, 4, 4)
         windows = pixel_windows(

@@ -112,12 +112,9 @@ class ClearanceChecker:
                 )
 
     def _arm_to_base(self, centres: FloatArray) -> Iterator[Clearance]:
-        x, y, theta = self._robot.base_pose()
-        c, s = np.cos(theta), np.sin(theta)
-        R_world_base = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        in_base = (centres[self._hitting] - [x, y, 0.0]) @ R_world_base
-        gaps = _gaps(in_base, self._hitting_radii, self._base_boxes)
-        for i, j in np.argwhere(gaps < QUERY_RANGE):
+        in_base = _in_base(centres[self._hitting], *self._robot.base_pose())
+        near = _gaps(in_base, self._hitting_radii, self._base_boxes) < QUERY_RANGE
+        for i, j in zip(*near.nonzero(), strict=True):
             link, base = self._hitting[i], self._base[j]
             yield from self._closest(
                 self._robot.link_names[base],
@@ -134,6 +131,17 @@ class ClearanceChecker:
             **query,
         ):
             yield Clearance(point[8], (self._name_of[point[3]], other))
+
+
+@njit(cache=True)
+def _in_base(centres: FloatArray, x: float, y: float, theta: float) -> FloatArray:
+    """Points (L, 3) of the world in the frame of a base at (x, y, theta), m and rad."""
+    c, s = np.cos(theta), np.sin(theta)
+    moved = np.empty_like(centres)
+    for k in range(len(centres)):
+        dx, dy = centres[k, 0] - x, centres[k, 1] - y
+        moved[k, 0], moved[k, 1], moved[k, 2] = c * dx + s * dy, c * dy - s * dx, centres[k, 2]
+    return moved
 
 
 @njit(cache=True)
