@@ -10,6 +10,7 @@ import numpy as np
 from horf_env.errors import CloudError, UnknownNameError
 from horf_env.robot import Part, RobotState
 from horf_env.robot.parts import Elements
+from horf_env.robot.placing import placed_points
 from horf_env.sdf.arrays import shape_of, work_space
 from horf_env.sdf.bodies import body_distances
 from horf_env.sdf.cache import cached_fields
@@ -48,6 +49,7 @@ class RobotSdf:
         self._shape = shape_of(geometry, cached_fields(geometry, cache_folder))
         self._work = work_space(_FIRST_CLOUD, len(geometry.faces))
         self._base_surface = surface_points(parts[0], _BASE_SAMPLING)
+        self._base_only = np.array([0, len(self._base_surface)])
 
     @classmethod
     def load(
@@ -192,8 +194,7 @@ class RobotSdf:
             spacing: Least distance between two points of a body [m].
             cutoff: Points farther than this from a body are left out [m].
         """
-        T = state.T_world_base
-        points = self._base_surface @ T[:3, :3].T + T[:3, 3]
+        points = placed_points(self._base_surface, self._base_only, state.link_poses[:1])
         found = self.witnesses(
             points,
             state,
