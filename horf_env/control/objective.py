@@ -67,7 +67,7 @@ class ScaledObjective:
     slack_weight: float = 10.0
     heading_gain: float = 0.5
     manipulability_gain: float = 1.0
-    change_weight: float = 0.3
+    change_weight: float = 1.0
     preferred_velocity: bool = True
 
     def terms(self, tick: ControlTick) -> Terms:
