@@ -1,6 +1,6 @@
 """What the harness adds to a training run: rows, progress, checkpoints, recordings, bookkeeping.
 
-python benchmarks/harness_overhead.py --steps 3000 --repeats 3
+python benchmarks/harness_overhead.py --out benchmarks/results/harness_overhead.json
 
 The rival is Stable-Baselines3's `learn` alone, with the same model, environments, arguments and
 evaluation episodes, and nothing stored. Both run in one process in turns; the ratio of the medians
@@ -10,7 +10,6 @@ of CPU time counts. Where the harness spends it is measured by the harness itsel
 from __future__ import annotations
 
 import argparse
-import json
 import statistics
 import tempfile
 import time
@@ -18,7 +17,7 @@ from pathlib import Path
 
 import pyarrow.compute as pc
 import torch as th
-from circumstances import circumstances
+from circumstances import circumstances, write_json
 from horf_cli.config import TrainConfig
 from horf_cli.config_files import make_config
 from horf_cli.environments import make_env
@@ -82,11 +81,12 @@ def harness(config: TrainConfig) -> dict[str, float]:
 
 
 def main() -> None:
-    """Measure in turns, print JSON."""
+    """Measure in turns."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=3000)
     parser.add_argument("--every", type=int, default=1500, help="steps between evaluations")
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     config = make_config(
         options={
@@ -105,18 +105,15 @@ def main() -> None:
             parts = run(config) or parts  # type: ignore[func-returns-value]
             seconds[name].append(time.process_time() - begin)
     medians = {name: statistics.median(values) for name, values in seconds.items()}
-    print(
-        json.dumps(
-            {
-                "config": config.model_dump(mode="json"),
-                "cpu_seconds": seconds,
-                "overhead": medians["harness"] / medians["bare"] - 1.0,
-                "parts_of_last_run": parts,
-                **circumstances(),
-            },
-            indent=2,
-        )
-    )
+    result = {
+        "config": config.model_dump(mode="json"),
+        "cpu_seconds": seconds,
+        "overhead": medians["harness"] / medians["bare"] - 1.0,
+        "parts_of_last_run": parts,
+        **circumstances(),
+    }
+    write_json(result, arguments.out)
+    print(f"overhead of the harness: {100.0 * result['overhead']:.1f} %")
 
 
 if __name__ == "__main__":
