@@ -13,16 +13,16 @@ Processor time of the thread; ratios count more than times.
 from __future__ import annotations
 
 import argparse
-import time
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from circumstances import circumstances, write_json
 from control_chain import Chain, Listening
+from processor_time import T, timed
 
 import horf_env  # noqa: F401  registers the environment
 from horf_env.control import PRESETS
@@ -40,8 +40,6 @@ _SOLVERS = ("daqp", "piqp")
 _WARM_UP = 5  # ticks of an episode that are not counted: what is loaded and touched first
 _BARS = {TICK: {"median_ms": 0.6, "p99_ms": 2.0}, QP: {"median_ms": 0.06}}
 
-T = TypeVar("T")
-
 
 class Clock:
     """Milliseconds of processor time by name, one number a tick."""
@@ -51,9 +49,8 @@ class Clock:
 
     def timed(self, name: str, function: Callable[[], T]) -> T:
         """Call and note the time."""
-        begin = time.thread_time_ns()
-        result = function()
-        self.times[name].append((time.thread_time_ns() - begin) / 1e6)
+        result, microseconds = timed(function)
+        self.times[name].append(1e-3 * microseconds)
         return result
 
     def add_up(self, total: str, shares: tuple[str, ...]) -> None:

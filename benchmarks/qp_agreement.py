@@ -10,8 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import numpy as np
 import qpsolvers
 from circumstances import circumstances, write_json
 from control_states import episode_states
+from processor_time import timed
 
 from horf_env.control import PRESETS, ControlTick, QpSolution, WholeBodyQp
 from horf_env.control.reference import solve_reference
@@ -32,13 +31,6 @@ from horf_env.task import STEP
 _AGREE = 1e-3  # m/s and rad/s
 # PIQP as it comes stops within 1e-8 of the least cost, which is flat: how far it is off with less.
 _TIGHT = {"piqp": {"eps_duality_gap_abs": 1e-12, "eps_duality_gap_rel": 1e-12}}
-
-
-def timed(function: Callable[[Any], Any], argument: Any) -> tuple[Any, float]:
-    """Result and microseconds of processor time."""
-    begin = time.thread_time_ns()
-    result = function(argument)
-    return result, 1e-3 * (time.thread_time_ns() - begin)
 
 
 class Tally:
@@ -69,7 +61,7 @@ class Tally:
         """Solve the full form by another solver and compare."""
         name = ", ".join([solver, *(f"{key} {value:g}" for key, value in settings.items())])
         try:
-            x, microseconds = timed(lambda p: solve_reference(p, solver, **settings), problem)
+            x, microseconds = timed(solve_reference, problem, solver, **settings)
         except SolverError:
             self.failures[name] = self.failures.get(name, 0) + 1
             return

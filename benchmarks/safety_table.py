@@ -10,9 +10,10 @@ import numpy as np
 from circumstances import circumstances, write_json
 from horf_cli.statistics import share
 
+from horf_env.task import STEP
+
 Row = dict[str, str]
 
-_STEP = 0.05  # s
 _OUTCOMES = ("success", "collision", "timeout")
 
 
@@ -29,7 +30,7 @@ def figures(rows: list[Row]) -> dict[str, Any]:
         "solver_fallbacks": _sum(rows, "fallback"),
         "solver_failures": _sum(rows, "braking"),
         "slack_ticks": _sum(rows, "slack_steps"),
-        "mean_seconds": _STEP * _sum(rows, "steps") / n,
+        "mean_seconds": STEP * _sum(rows, "steps") / n,
         "mean_base_speed": _speed(rows, "base_path"),
         "mean_ee_speed": _speed(rows, "ee_path"),
         "table": {name: str(rate) for name, rate in rates.items()},
@@ -44,7 +45,7 @@ def _speed(rows: list[Row], column: str) -> float:
     """Way by time over all episodes that have both [m/s]."""
     ways, steps = np.array([[float(row[column]), float(row["steps"])] for row in rows]).T
     ended = np.isfinite(ways)
-    return float(ways[ended].sum() / (_STEP * steps[ended].sum()))
+    return float(ways[ended].sum() / (STEP * steps[ended].sum()))
 
 
 def by_scene(rows: list[Row]) -> dict[str, Any]:

@@ -10,13 +10,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from circumstances import circumstances, write_json
 from control_states import episode_states
+from processor_time import timed
 
 from horf_env.control import PRESETS, Sensed
 from horf_env.control.sampled_qp_layer import SampledQpLayer
@@ -31,9 +31,8 @@ _NEAR = 0.1  # m; distances that matter to an avoidance row
 
 def nearest(layer: SdfQpLayer, sensed: Sensed) -> tuple[FloatArray, float]:
     """Distance of each body as a layer sees it, and the microseconds of processor time it takes."""
-    begin = time.thread_time_ns()
-    witnesses = layer._obstacles(sensed)
-    return witnesses.distance[:, 0], 1e-3 * (time.thread_time_ns() - begin)
+    witnesses, microseconds = timed(layer._obstacles, sensed)
+    return witnesses.distance[:, 0], microseconds
 
 
 def measure(count: int, seed: int) -> dict[str, Any]:

@@ -41,6 +41,17 @@ def witnesses(state):
     return Witnesses(distance, normal, gradient, point, np.array([[-1], [0]]))
 
 
+def avoidance(witnesses, gain):
+    return Avoidance(
+        lambda tick: witnesses,
+        label="obstacle",
+        bodies=("first", "second"),
+        count=1,
+        gain=gain,
+        margin=0.05,
+    )
+
+
 def test_gradient_of_the_distance(witnesses):
     np.testing.assert_allclose(witnesses.gradient[1, 0, :2], [-0.5, -0.5])
     assert not witnesses.gradient[1, 0, 2:].any()
@@ -54,14 +65,7 @@ def test_gradient_of_the_distance(witnesses):
     [("paper", 0.3), ("ld60", 0.3)],
 )
 def test_row_of_the_second_link(state, witnesses, limits, allowed):
-    rows = Avoidance(
-        lambda tick: witnesses,
-        label="obstacle",
-        bodies=("first", "second"),
-        count=1,
-        gain=2.0,
-        margin=0.05,
-    )
+    rows = avoidance(witnesses, gain=2.0)
     G, h = rows.rows(SimpleNamespace(limits=LIMITS[limits], dt=0.05))
     np.testing.assert_allclose(G[1, :2], [0.5, 0.5])
     assert h[1] == pytest.approx(allowed)
@@ -70,13 +74,6 @@ def test_row_of_the_second_link(state, witnesses, limits, allowed):
 
 
 def test_brakes_bound_the_row_where_the_gain_allows_more(witnesses):
-    rows = Avoidance(
-        lambda tick: witnesses,
-        label="obstacle",
-        bodies=("first", "second"),
-        count=1,
-        gain=4.0,
-        margin=0.05,
-    )
+    rows = avoidance(witnesses, gain=4.0)
     _, h = rows.rows(SimpleNamespace(limits=LIMITS["ld60"], dt=0.05))
     assert h[1] == pytest.approx(0.3631, abs=1e-4)
