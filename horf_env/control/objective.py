@@ -53,13 +53,6 @@ class ScaledObjective:
         slack_weight: Weight of the EE slack (lambda_delta, no value in the paper).
         heading_gain: Pull that turns the base towards the end effector (k_epsilon).
         manipulability_gain: Pull along the manipulability gradient J_m; 1 in the paper.
-        change_weight: Weight of the change since the last velocity (not in the paper). Without it
-            the arm chatters in front of obstacles: of the velocities that follow the twist equally
-            well, those of two ticks in a row lie far apart. It costs nothing once the robot moves
-            evenly. [1 / (velocity unit)^2]
-        preferred_velocity: False: the pulls are the linear term itself, as printed. True: they are
-            velocities (gain 1/s times angle, rad/s per unit of J_m) from which the quadratic term
-            measures, so that a cheap base is not torn around by the same pull.
     """
 
     base_weight: float = 0.01
@@ -67,18 +60,33 @@ class ScaledObjective:
     slack_weight: float = 10.0
     heading_gain: float = 0.5
     manipulability_gain: float = 1.0
-    change_weight: float = 1.0
-    preferred_velocity: bool = True
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""
-        scale = min(max(tick.position_error, NEAR), FAR)
-        weights = np.full(9, self.arm_weight * scale)
-        weights[:2] = self.base_weight / scale
+        weights = scaled_weights(self.base_weight, self.arm_weight, tick.position_error)
         pull = pulls(tick, self.heading_gain, self.manipulability_gain)
-        linear = -weights * pull if self.preferred_velocity else -pull
-        linear -= self.change_weight * tick.velocity
-        return Terms(weights + self.change_weight, linear, self.slack_weight)
+        return Terms(weights, -pull, self.slack_weight)
+
+
+def scaled_weights(base_weight: float, arm_weight: float, position_error: float) -> FloatArray:
+    """The paper's lambda_qd = {1 / s_dev, s_dev}, shape (9,).
+
+    Args:
+        base_weight: Weight of the base 1 m from the goal.
+        arm_weight: The same of the arm's joints.
+        position_error: Distance of the end effector from the goal [m].
+    """
+    scale = min(max(position_error, NEAR), FAR)
+    weights = np.full(9, arm_weight * scale)
+    weights[:2] = base_weight / scale
+    return weights
+
+
+def heading_error(tick: ControlTick) -> float:
+    """Direction of the end effector as the base sees it, theta_epsilon [rad]."""
+    base, ee = tick.state.T_world_base, tick.state.T_world_ee
+    forward, left = (ee[:3, 3] - base[:3, 3]) @ base[:3, :2]
+    return math.atan2(left, forward)
 
 
 def pulls(tick: ControlTick, heading_gain: float, manipulability_gain: float) -> FloatArray:
@@ -92,9 +100,7 @@ def pulls(tick: ControlTick, heading_gain: float, manipulability_gain: float) ->
     Returns:
         Shape (9,).
     """
-    base, ee = tick.state.T_world_base, tick.state.T_world_ee
-    forward, left = (ee[:3, 3] - base[:3, 3]) @ base[:3, :2]
     pull = np.zeros(9)
-    pull[1] = heading_gain * math.atan2(left, forward)
+    pull[1] = heading_gain * heading_error(tick)
     pull[2:] = manipulability_gain * manipulability_gradient(tick.state.ee_jacobian[:, 2:])
     return pull

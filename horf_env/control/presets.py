@@ -14,6 +14,7 @@ from horf_env.control.bounds import (
 )
 from horf_env.control.haviland import HavilandObjective
 from horf_env.control.objective import Objective, ScaledObjective
+from horf_env.control.posture import PostureObjective
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.tick import ControlTick
 from horf_env.control.unseen import UnseenGround, UnseenReach
@@ -48,7 +49,7 @@ class ControlPreset:
         memory: How the obstacles that the camera has shown are remembered.
     """
 
-    objective: Objective = field(default_factory=ScaledObjective)
+    objective: Objective = field(default_factory=PostureObjective)
     witnesses: int = 8
     influence: float = 1.0
     spacing: float = 0.05
@@ -121,7 +122,7 @@ PRESETS: dict[str, ControlPreset] = {
     # one row a body, gain 1/s, linear term as printed, no rows for the robot's own base. The floor
     # and the shared slack are ours: without the slack some ticks have no solution at all.
     "paper": ControlPreset(
-        objective=ScaledObjective(preferred_velocity=False, change_weight=0.0),
+        objective=ScaledObjective(),
         witnesses=1,
         gain=1.0,
         avoid_own_base=False,

@@ -1,0 +1,66 @@
+"""Objective that keeps the arm in a posture from which it can go on, for long drives.
+
+Not in the paper, whose linear term pulls towards manipulability. Over metres of way that pull does
+not keep the arm from winding up: the end effector is followed by turning the arm instead of the
+base, until joints are at their limits and the robot stands still in free space. A pull towards the
+ready pose is the usual cure in whole-body control.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from horf_env.control.objective import Terms, heading_error, scaled_weights
+from horf_env.control.tick import ControlTick
+from horf_env.robot import ARM_READY
+from horf_env.types import FloatArray
+
+_FASTEST_RETURN = 1.0  # rad/s; far from the ready pose the arm shall not jerk back
+
+
+@dataclass(frozen=True)
+class PostureObjective:
+    """The paper's weights around preferred velocities: face the end effector, get the arm ready.
+
+    The cost of a velocity v is weight / 2 (v - preferred)^2 and change_weight / 2 (v - last)^2.
+
+    Attributes:
+        base_weight: Weight of the base 1 m from the goal; farther away it is cheaper.
+            [1 / (velocity unit)^2]
+        arm_weight: The same of the arm, which is dearer farther away.
+        slack_weight: Weight of the EE slack (lambda_delta, no value in the paper). So large that
+            the preferences only choose among velocities that follow the twist.
+        heading_gain: Rate at which the base turns towards the end effector (k_epsilon) [1/s].
+        posture_gain: Rate at which the arm goes back to the ready pose [1/s].
+        base_change_weight: Weight of the change of the base's velocity; small, since acceleration
+            limits bound it, and a dear change makes the arm turn where the base should.
+        arm_change_weight: The same of the arm's joints. Without it the arm chatters in front of
+            obstacles: of the velocities that follow the twist equally well, those of two ticks in
+            a row lie far apart. It costs nothing once the robot moves evenly.
+    """
+
+    base_weight: float = 0.1
+    arm_weight: float = 1.0
+    slack_weight: float = 300.0
+    heading_gain: float = 1.0
+    posture_gain: float = 1.0
+    base_change_weight: float = 0.1
+    arm_change_weight: float = 1.0
+
+    def terms(self, tick: ControlTick) -> Terms:
+        """See `Objective`."""
+        weights = scaled_weights(self.base_weight, self.arm_weight, tick.position_error)
+        change = np.full(9, self.arm_change_weight)
+        change[:2] = self.base_change_weight
+        linear = -weights * self._preferred(tick) - change * tick.velocity
+        return Terms(weights + change, linear, self.slack_weight)
+
+    def _preferred(self, tick: ControlTick) -> FloatArray:
+        """Velocity of base and arm that nothing else asks for, shape (9,)."""
+        velocity = np.zeros(9)
+        velocity[1] = self.heading_gain * heading_error(tick)
+        back = self.posture_gain * (ARM_READY - tick.state.configuration[3:])
+        velocity[2:] = np.clip(back, -_FASTEST_RETURN, _FASTEST_RETURN)
+        return velocity
