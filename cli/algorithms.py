@@ -103,6 +103,11 @@ class Algorithm(BaseModel):
     action_noise: float = Field(default=0.0, ge=0)
     settings: dict[str, Setting] = Field(default_factory=dict)
 
+    @property
+    def has_ensemble(self) -> bool:
+        """Whether it is one of `sb3_bayes_dsac`, whose policies have options of their own."""
+        return self.import_path.startswith("sb3_bayes_dsac:")
+
     def load(self) -> Any:
         """The Stable-Baselines3 algorithm."""
         module, name = self.import_path.split(":")

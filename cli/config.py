@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
 
-from .algorithms import Setting, catalogue
+from .algorithms import Setting, SettingError, catalogue
 from .environments import EnvSettings
 
 _STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -57,6 +57,12 @@ class TrainConfig(BaseModel):
         device: Of torch.
         threads: Of torch.
         env: The environment.
+        guided_steps: Steps of the oracle's demonstrations that are in the replay buffer before the
+            policy acts; they are not among `steps`. 0 in the paper.
+        encoding: How nets see the deviation: "raw" as it is, "multi_scale" also squashed at 0.1 and
+            1 m and rad, so that centimetres count as metres do. Raw in the paper.
+        layer_norm: Whether critics normalise before each activation; for the algorithms of
+            `sb3_bayes_dsac`. Not in the paper.
         settings: Arguments of the algorithm that differ from `algorithms.toml`.
         protocol: Evaluation.
         storage: Files.
@@ -72,6 +78,9 @@ class TrainConfig(BaseModel):
     device: str = "cpu"
     threads: PositiveInt = 1
     env: EnvSettings = EnvSettings()
+    guided_steps: int = Field(default=0, ge=0)
+    encoding: Literal["raw", "multi_scale"] = "raw"
+    layer_norm: bool = False
     settings: dict[str, Setting] = Field(default_factory=dict)
     protocol: Protocol = Protocol()
     storage: Storage = Storage()
@@ -85,7 +94,7 @@ class TrainConfig(BaseModel):
         """
         return catalogue().arguments(
             self.algo,
-            steps=self.steps,
+            steps=self.steps + self.guided_steps,
             n_envs=self.n_envs,
             replay_ratio=self.replay_ratio,
             settings=self.settings,
@@ -109,16 +118,24 @@ class TrainConfig(BaseModel):
             SceneFileError: If the scene file cannot be used.
             InstanceIndexError: If there are fewer validation instances than episodes.
         """
-        from horf_env.scenes import SCENES, validation_instance
+        from horf_env.scenes import validation_instance
+        from horf_env.scenes.source import family_instance
 
         self.env.check()
         arguments = self.arguments()
-        if self.env.scene in SCENES:
-            episodes = max(self.protocol.episodes, self.protocol.final_episodes)
-            validation_instance(self.env.scene, episodes - 1)
+        entry = catalogue().algorithm(self.algo)
+        if self.guided_steps and (entry.kind != "off_policy" or self.n_envs > 1):
+            raise SettingError(
+                "guided_steps", "needs a replay buffer and one environment; leave it out"
+            )
+        last = max(self.protocol.episodes, self.protocol.final_episodes) - 1
+        if self.layer_norm and not entry.has_ensemble:
+            raise SettingError("layer_norm", f"{self.algo} does not have it; leave it out")
+        if found := family_instance(self.env.scene, last):
+            validation_instance(*found)
         from .signatures import check_arguments
 
-        check_arguments(catalogue().algorithm(self.algo).load(), arguments)
+        check_arguments(entry.load(), arguments)
 
 
 def updated(data: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from horf_env.faults import FAULTS, with_fault
 from horf_env.robot import limits_profile
 from horf_env.scenes import SCENES
 from horf_env.scenes.instances import instances
-from horf_env.scenes.source import scene_source
+from horf_env.scenes.source import MIXED, family_instance, scene_source
 from horf_env.sensing import PERCEPTIONS
 from horf_env.simulation import MODES
 from horf_env.types import FloatArray
@@ -39,6 +39,7 @@ class EnvSettings(BaseModel):
     perception: str = "camera"
     simulation: str = "kinematic"
     depth_noise: bool = False
+    map_view: bool = False
     fault: str | None = None
 
     def check(self) -> None:
@@ -84,17 +85,20 @@ def reach_env(env: Env) -> HorfReachEnv:
 
 def instance_options(scene: str, split: str, instance: int) -> dict[str, Any]:
     """Options of `reset` for an instance of a split; a scene file has one scene and no options."""
-    return {"instance": instance, "split": split} if scene in SCENES else {}
+    return {"instance": instance, "split": split} if family_instance(scene, instance) else {}
 
 
 def reference_length(scene: str, split: str, instance: int) -> float | None:
     """Way of the base in the path that proved an instance feasible [m]; None for a scene file."""
-    if scene not in SCENES:
+    found = family_instance(scene, instance)
+    if found is None:
         return None
-    length: float = getattr(instances(scene), split)[instance].path_length
+    family, number = found
+    length: float = getattr(instances(family), split)[number].path_length
     return length
 
 
 def test_instances(scene: str) -> int:
     """How many test instances a scene has; a scene file is one."""
-    return len(instances(scene).test) if scene in SCENES else 1
+    families = list(SCENES) if scene == MIXED else [scene] if scene in SCENES else []
+    return sum(len(instances(family).test) for family in families) or 1

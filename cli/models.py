@@ -32,6 +32,8 @@ def new_model(config: TrainConfig, env: GymEnv) -> BaseAlgorithm:
     extra: dict[str, Any] = {}
     if algorithm.kind == "off_policy":
         extra["replay_buffer_class"] = FrameStackReplayBuffer
+        # The map is an image, but no stack of frames.
+        extra["replay_buffer_kwargs"] = {"stacked_keys": ["depth"]}
     if algorithm.action_noise:
         zeros = np.zeros(env.action_space.shape or (1,))
         extra["action_noise"] = NormalActionNoise(zeros, zeros + algorithm.action_noise)
@@ -40,8 +42,12 @@ def new_model(config: TrainConfig, env: GymEnv) -> BaseAlgorithm:
         env,
         policy_kwargs={
             "features_extractor_class": DepthEncoder,
-            "features_extractor_kwargs": {"features_dim": networks.image_features},
+            "features_extractor_kwargs": {
+                "features_dim": networks.image_features,
+                "multi_scale": ["deviation"] if config.encoding == "multi_scale" else [],
+            },
             "net_arch": list(networks.hidden),
+            **({"layer_norm": True} if config.layer_norm else {}),
         },
         seed=config.seed,
         device=config.device,

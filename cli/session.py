@@ -7,12 +7,14 @@ from typing import Any, cast
 
 import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
 from .attendant import Attendant
 from .checkpoints import forget_after
 from .clock import Clock
 from .config import TrainConfig
 from .evaluator import Evaluator
+from .guidance import guide
 from .interruption import Interruption
 from .loading import Loaded, newest
 from .models import buffer_megabytes, new_model
@@ -63,6 +65,8 @@ class Session:
         _announce(model, self._listener)
         if loaded:
             self._restore(loaded, envs, log, exact=exact)
+        elif config.guided_steps:
+            self._guide(cast(OffPolicyAlgorithm, model))
 
     def learn(self) -> None:
         """Learn to the end and evaluate."""
@@ -91,6 +95,12 @@ class Session:
             saver=Saver(config, run, log=log, clock=clock, step=self.steps),
             interruption=interruption,
             listener=self._listener,
+        )
+
+    def _guide(self, model: OffPolicyAlgorithm) -> None:
+        shown = guide(model, self._config)
+        self._listener.note(
+            f"the oracle reached {shown.successes} of {shown.episodes} goals in {shown.steps} steps"
         )
 
     def _restore(self, loaded: Loaded, envs: TimedEnvs, log: RunLog, *, exact: bool) -> None:

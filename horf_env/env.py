@@ -22,7 +22,7 @@ from horf_env.control import (
 )
 from horf_env.errors import InvalidActionError
 from horf_env.faults import Fault
-from horf_env.perception import CameraModel, MemorySettings
+from horf_env.perception import CELLS, CHANNELS, CameraModel, MemorySettings, top_view
 from horf_env.records import StepRecord
 from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
 from horf_env.robot.vectors import norm
@@ -51,6 +51,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     - `state`: arm joints [rad] (7), velocity of base and arm [m/s, rad/s] (9), position of the end
       effector in the frame of the base [m] (3).
     - `deviation`: position error [m] and rotation vector [rad] to the goal in base axes (6).
+    - `map`, with `map_view` only: what the action layer knows of the surroundings, seen from above,
+      uint8, shape (3, 32, 32), see `horf_env.perception.top_view`.
 
     Action in [-1, 1]: EE twist in base axes, scaled to the limits profile's `twist_scale`; for
     `action_layer="joint_velocity"` the nine velocities, scaled to the limits. Numbers outside of
@@ -73,12 +75,14 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         memory: MemorySettings | None = None,
         camera: CameraModel | None = None,
         depth_noise: bool = False,
+        map_view: bool = False,
         render_mode: str | None = None,
     ) -> None:
         """Make the environment.
 
         Args:
-            scene: "aisle", "room", "forest", "doorway", or the path of a scene file.
+            scene: "aisle", "room", "forest", "doorway", "mixed" (all of them), or the path of a
+                scene file.
             action_layer: What turns an action into a velocity: "sdf_qp", "sampled_qp" or
                 "joint_velocity".
             control: Settings of the QP, or the preset "default", "paper" or "hra".
@@ -89,6 +93,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
                 that of the control preset without it.
             camera: Depth camera; 64 x 48 pixels on the front, pitched up, without it.
             depth_noise: Whether depth images have the D435's disparity noise.
+            map_view: Whether observations have a `map`; the paper's have none.
             render_mode: "rgb_array" or None.
 
         Raises:
@@ -107,6 +112,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             memory=memory,
             camera=camera,
             depth_noise=depth_noise,
+            map_view=map_view,
             render_mode=render_mode,
         )
         self.render_mode = render_mode
@@ -126,9 +132,9 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             depth_noise=depth_noise,
         )
         self._world = PyBulletWorld(mode=simulation)
-        self.observation_space = cast(
-            "spaces.Space[Observation]", _observation_space(self._camera, self.limits)
-        )
+        self._map_view = map_view
+        space = _observation_space(self._camera, self.limits, map_view=map_view)
+        self.observation_space = cast("spaces.Space[Observation]", space)
         self.action_space = spaces.Box(-1.0, 1.0, (self._layer.action_size,), np.float32)
 
     def reset(
@@ -148,11 +154,11 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self.scene: Scene = self._scenes.pick(self.np_random, **(options or {}))
         self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
-        self._T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
+        self.T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
         self._start_episode(self._robot.state(self._world.state.configuration))
         frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
-        points = self._senses.points(self._state)
-        self.record = self._record(points, None, np.zeros(6), None)
+        self._look_around()
+        self.record = self._record(self._points, None, np.zeros(6), None)
         return self._observation(frames), self._info()
 
     def step(
@@ -168,7 +174,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         """
         action = self._checked(action)
         servo = servo_twist(self._deviation, self.limits.twist_scale)
-        points = self._senses.points(self._state)
+        points = self._points
         begin = time.perf_counter()
         command = self._layer.command(
             action,
@@ -176,7 +182,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
                 state=self._state,
                 velocity=self._commanded,
                 points=points,
-                unseen=self._senses.unseen_ground(self._state),
+                unseen=self._unseen,
                 position_error=norm(self._deviation[:3]),
             ),
         )
@@ -186,6 +192,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._advance(moved, command.velocity)
         now = self._steps * STEP
         frames = self._senses.update(self._state, self.np_random, now, self.fault.image)
+        self._look_around()
         reward = reward_terms(
             self._deviation,
             twist=command.twist,
@@ -249,23 +256,31 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._path_base += _distance(before.T_world_base, self._state.T_world_base)
         self._path_ee += _distance(before.T_world_ee, self._state.T_world_ee)
 
+    def _look_around(self) -> None:
+        """Ask the memory what is around: for the next command, and for the policy's map."""
+        self._points = self._senses.points(self._state)
+        self._unseen = self._senses.unseen_ground(self._state)
+
     @property
     def _collided(self) -> bool:
         return self._contact is not None
 
     def _goal_deviation(self, state: RobotState) -> FloatArray:
         R_base = state.T_world_base[:3, :3]
-        return np.asarray(deviation(state.T_world_ee, self._T_world_goal, R_base))
+        return np.asarray(deviation(state.T_world_ee, self.T_world_goal, R_base))
 
     def _observation(self, frames: np.ndarray) -> Observation:
         R, t = self._state.T_world_base[:3, :3], self._state.T_world_base[:3, 3]
         ee_in_base = R.T @ (self._state.T_world_ee[:3, 3] - t)
         state = np.concatenate([self._state.configuration[3:], self._velocity, ee_in_base])
-        return {
+        observation = {
             "depth": frames,
             "state": state.astype(np.float32),
             "deviation": self._deviation.astype(np.float32),
         }
+        if self._map_view:
+            observation["map"] = top_view(self._points, self._unseen, self._state.T_world_base)
+        return observation
 
     def _record(
         self,
@@ -314,19 +329,22 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
 _make_layer = action_layer
 
 
-def _observation_space(camera: CameraModel, limits: LimitsProfile) -> spaces.Dict:
+def _observation_space(
+    camera: CameraModel, limits: LimitsProfile, *, map_view: bool
+) -> spaces.Dict:
     lower = np.concatenate([limits.arm_lower - _JOINT_SLACK, -limits.velocity, [-_ARM_EXTENT] * 3])
     upper = np.concatenate([limits.arm_upper + _JOINT_SLACK, limits.velocity, [_ARM_EXTENT] * 3])
     lower[7:16] *= 1.0 + _JOINT_SLACK
     upper[7:16] *= 1.0 + _JOINT_SLACK
     reach = np.array([_WORLD_EXTENT] * 3 + [np.pi + 1e-6] * 3, dtype=np.float32)
-    return spaces.Dict(
-        {
-            "depth": spaces.Box(0, 255, (5, camera.height, camera.width), np.uint8),
-            "state": spaces.Box(lower.astype(np.float32), upper.astype(np.float32)),
-            "deviation": spaces.Box(-reach, reach),
-        }
-    )
+    parts: dict[str, spaces.Space[Any]] = {
+        "depth": spaces.Box(0, 255, (5, camera.height, camera.width), np.uint8),
+        "state": spaces.Box(lower.astype(np.float32), upper.astype(np.float32)),
+        "deviation": spaces.Box(-reach, reach),
+    }
+    if map_view:
+        parts["map"] = spaces.Box(0, 255, (CHANNELS, CELLS, CELLS), np.uint8)
+    return spaces.Dict(parts)
 
 
 def _pose(position: tuple[float, ...], quaternion_xyzw: tuple[float, ...]) -> FloatArray:

@@ -9,8 +9,11 @@ from horf_env.perception.image import Image
 from horf_env.perception.local_map import MapSettings
 from horf_env.perception.memory import MemorySettings, ObstacleMemory, View
 from horf_env.perception.noise import DisparityNoise
+from horf_env.perception.top_view import CELLS, CHANNELS, top_view
 
 __all__ = [
+    "CELLS",
+    "CHANNELS",
     "CameraModel",
     "CloudHistory",
     "DepthCamera",
@@ -26,5 +29,6 @@ __all__ = [
     "inside_box",
     "quantise_depth",
     "remove_floor",
+    "top_view",
     "unproject",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import torch as th
@@ -20,6 +21,8 @@ from sb3_bayes_dsac.errors import ArgumentError
 
 # Channels of the three convolutions.
 CHANNELS: Final = (16, 32, 32)
+# At which a vector of `multi_scale` is squashed, in its own unit.
+SCALES: Final = (0.1, 1.0)
 
 
 def is_image(space: spaces.Space[Any]) -> bool:
@@ -75,21 +78,32 @@ class DepthEncoder(BaseFeaturesExtractor):
         observation_space: Dict with at least one image key, a Box of shape (C, H, W) with H and W
             of at least 4 pixels. All other keys are flattened.
         features_dim: Numbers per image; 32 in the paper (its z_t).
+        multi_scale: Keys of vectors that are also given squashed, tanh(x / 0.1) and tanh(x): for
+            a deviation of metres that has to become one of centimetres.
 
     Raises:
-        ArgumentError: Not a Dict, no image among its keys, or an image that is too small.
+        ArgumentError: Not a Dict, no image among its keys, an image that is too small, or a key
+            that the space does not have.
     """
 
-    def __init__(self, observation_space: spaces.Space[Any], features_dim: int = 32) -> None:
+    def __init__(
+        self,
+        observation_space: spaces.Space[Any],
+        features_dim: int = 32,
+        multi_scale: Sequence[str] = (),
+    ) -> None:
         if not isinstance(observation_space, spaces.Dict) or not image_keys(observation_space):
             cure = "DepthEncoder needs a Dict with an image, a Box of shape (C, H, W)"
             raise ArgumentError("observation_space", observation_space, cure)
         subspaces = observation_space.spaces
         images = image_keys(observation_space)
         vectors = [key for key in subspaces if key not in images]
-        n_vector = sum(get_flattened_obs_dim(subspaces[key]) for key in vectors)
+        if not set(multi_scale) <= set(vectors):
+            raise ArgumentError("multi_scale", multi_scale, f"give some of {vectors}")
+        copies = {key: 1 + len(SCALES) * (key in multi_scale) for key in vectors}
+        n_vector = sum(get_flattened_obs_dim(subspaces[key]) * copies[key] for key in vectors)
         super().__init__(observation_space, len(images) * features_dim + n_vector)
-        self.vectors = vectors
+        self.vectors, self.multi_scale = vectors, list(multi_scale)
         self.cnns = nn.ModuleDict()
         for key in images:
             shape = subspaces[key].shape
@@ -104,7 +118,10 @@ class DepthEncoder(BaseFeaturesExtractor):
             observations: Preprocessed by SB3, or with images still as bytes.
         """
         encoded = [cnn(observations[key]) for key, cnn in self.cnns.items()]
-        return th.cat([*encoded, *(observations[key].flatten(1) for key in self.vectors)], dim=1)
+        vectors = [observations[key].flatten(1) for key in self.vectors]
+        fine = [observations[key].flatten(1) for key in self.multi_scale]
+        squashed = [th.tanh(vector / scale) for vector in fine for scale in SCALES]
+        return th.cat([*encoded, *vectors, *squashed], dim=1)
 
 
 def encode(
