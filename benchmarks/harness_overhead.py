@@ -47,7 +47,7 @@ class BareEvaluation(BaseCallback):
 
     def evaluate(self, episodes: int) -> None:
         """Drive validation instances."""
-        planner = PolicyPlanner(self.model, self._config.env.action_layer)
+        planner = PolicyPlanner(self.model, self._config.env)
         for instance in range(episodes):
             run_episode(
                 self._env,

@@ -80,7 +80,7 @@ def _one_tick() -> str:
     from .methods import Method, make_planner
 
     planner = make_planner(Method("hra"))
-    env = make_env(EnvSettings(scene="room", action_layer=planner.action_layer))
+    env = make_env(EnvSettings(scene="room").for_planner(planner))
     observation, _ = env.reset(seed=0, options={"instance": 0})
     planner.reset(env)
     for _ in range(_WARM_UP):

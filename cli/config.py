@@ -59,6 +59,8 @@ class TrainConfig(BaseModel):
         env: The environment.
         guided_steps: Steps of the oracle's demonstrations that are in the replay buffer before the
             policy acts; they are not among `steps`. 0 in the paper.
+        hand_over: Share of training episodes in which the oracle drives up to a random distance
+            from the goal, a curriculum over distance. 0 in the paper.
         encoding: How nets see the deviation: "raw" as it is, "multi_scale" also squashed at 0.1 and
             1 m and rad, so that centimetres count as metres do. Raw in the paper.
         layer_norm: Whether critics normalise before each activation; for the algorithms of
@@ -79,6 +81,7 @@ class TrainConfig(BaseModel):
     threads: PositiveInt = 1
     env: EnvSettings = EnvSettings()
     guided_steps: int = Field(default=0, ge=0)
+    hand_over: float = Field(default=0.0, ge=0, le=1)
     encoding: Literal["raw", "multi_scale"] = "raw"
     layer_norm: bool = False
     settings: dict[str, Setting] = Field(default_factory=dict)

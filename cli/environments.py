@@ -14,6 +14,7 @@ from horf_env.control import ACTION_LAYERS, control_preset
 from horf_env.env import HorfReachEnv
 from horf_env.errors import UnknownNameError
 from horf_env.faults import FAULTS, with_fault
+from horf_env.planners import Planner
 from horf_env.robot import limits_profile
 from horf_env.scenes import SCENES
 from horf_env.scenes.instances import instances
@@ -60,6 +61,11 @@ class EnvSettings(BaseModel):
         ):
             if name not in valid:
                 raise UnknownNameError(kind, name, valid)
+
+    def for_planner(self, planner: Planner) -> EnvSettings:
+        """The same with the action layer and, for a policy that wants one, the map of a planner."""
+        map_view = bool(getattr(planner, "map_view", False))
+        return self.model_copy(update={"action_layer": planner.action_layer, "map_view": map_view})
 
     @property
     def scene_name(self) -> str:

@@ -126,7 +126,7 @@ def run_jobs(
 def run_trials(job: TrialJob) -> tuple[Trial, ...]:
     """Run the trials of one job."""
     planner = make_planner(job.method)
-    env = make_env(job.env.model_copy(update={"action_layer": planner.action_layer}))
+    env = make_env(job.env.for_planner(planner))
     trials = tuple(
         run_episode(
             env,

@@ -39,7 +39,7 @@ class Evaluator:
             episodes: How many instances.
             name: Of the recording.
         """
-        planner = PolicyPlanner(model, self._config.env.action_layer)
+        planner = PolicyPlanner(model, self._config.env)
         *others, last = range(episodes)
         trials = [self._drive(planner, instance, []) for instance in others]
         recorder = EpisodeRecorder()

@@ -32,8 +32,8 @@ class Predictor(Protocol):
 class PolicyPlanner:
     """A policy that acts without noise; see `horf_env.planners.Planner`."""
 
-    def __init__(self, model: Predictor, action_layer: str) -> None:
-        self._model, self.action_layer = model, action_layer
+    def __init__(self, model: Predictor, env: EnvSettings) -> None:
+        self._model, self.action_layer, self.map_view = model, env.action_layer, env.map_view
 
     def reset(self, env: Env) -> None:
         """Nothing to forget: the depth frames of the observation are the memory."""
@@ -57,9 +57,9 @@ def load_policy(path: Path, *, trust: bool = False) -> PolicyPlanner:
     """
     if path.suffix == ".zip":
         _, model = _from_zip(path, trust=trust)
-        return PolicyPlanner(model, _action_layer(model))
+        return PolicyPlanner(model, _env_settings(model))
     settings, policy = read_policy(policy_file(path))
-    return PolicyPlanner(policy, settings.env.action_layer)
+    return PolicyPlanner(policy, settings.env)
 
 
 def policy_file(path: Path) -> Path:
@@ -96,8 +96,7 @@ def exported(path: Path, *, trust: bool = False) -> bytes:
         read_policy(file)
         return file.read_bytes()
     algo, model = _from_zip(path, trust=trust)
-    env = EnvSettings(action_layer=_action_layer(model))
-    return policy_bytes(model, algo=algo, env=env)
+    return policy_bytes(model, algo=algo, env=_env_settings(model))
 
 
 def _from_zip(path: Path, *, trust: bool) -> tuple[str, BaseAlgorithm]:
@@ -125,6 +124,9 @@ def _algorithm_of(path: Path) -> str:
     raise CliError(f"{path}: no algorithm of `horf train` has policies of {module}")
 
 
-def _action_layer(model: BaseAlgorithm) -> str:
+def _env_settings(model: BaseAlgorithm) -> EnvSettings:
     """A zip does not say what its actions are; nine numbers are velocities, six a twist."""
-    return "joint_velocity" if model.action_space.shape == (N_VELOCITIES,) else "sdf_qp"
+    spaces = getattr(model.observation_space, "spaces", {})
+    is_velocity = model.action_space.shape == (N_VELOCITIES,)
+    layer = "joint_velocity" if is_velocity else "sdf_qp"
+    return EnvSettings(action_layer=layer, map_view="map" in spaces)

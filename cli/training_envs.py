@@ -16,8 +16,9 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv,
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from .config import TrainConfig
-from .environments import Env, EnvSettings, make_env
+from .environments import Env, make_env
 from .exit_codes import CliError
+from .hand_over import HandOver
 
 
 class EpisodeNotReproducedError(CliError):
@@ -152,17 +153,20 @@ def training_envs(config: TrainConfig) -> TimedEnvs:
         SceneFileError: If the scene file cannot be used.
     """
     if config.n_envs == 1:
-        return TimedEnvs(DummyVecEnv([partial(_make, config.env)]))
+        return TimedEnvs(DummyVecEnv([partial(_make, config)]))
     # Spawned and not forked: a forked copy of PyBullet or torch may hang.
-    makers: list[Callable[[], Env]] = [partial(_make_in_child, config.env)] * config.n_envs
+    makers: list[Callable[[], Env]] = [partial(_make_in_child, config)] * config.n_envs
     return TimedEnvs(SubprocVecEnv(makers, start_method="spawn"))
 
 
-def _make(settings: EnvSettings) -> Env:
-    return RepeatableEpisode(Monitor(make_env(settings)))
+def _make(config: TrainConfig) -> Env:
+    env = make_env(config.env)
+    if config.hand_over:
+        env = HandOver(env, config.hand_over)
+    return RepeatableEpisode(Monitor(env))
 
 
-def _make_in_child(settings: EnvSettings) -> Env:
+def _make_in_child(config: TrainConfig) -> Env:
     # Ctrl-C in a terminal reaches all processes; the parent ends this one after a checkpoint.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return _make(settings)
+    return _make(config)

@@ -78,7 +78,7 @@ def _drive(name: str, planner: Planner, scene: str, instance: int, folder: Path)
 
     recorder = EpisodeRecorder()
     states: list[RobotState] = []
-    env = make_env(EnvSettings(scene=scene, action_layer=planner.action_layer))
+    env = make_env(EnvSettings(scene=scene).for_planner(planner))
     trial = run_episode(
         env,
         planner,

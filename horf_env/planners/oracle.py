@@ -18,7 +18,7 @@ from horf_env.robot import LimitsProfile, RobotState
 from horf_env.scenes import Scene
 from horf_env.types import FloatArray
 
-_LOOK_AHEAD, _ARRIVED = 0.8, 0.3  # m of way
+_LOOK_AHEAD, _ARRIVED, _FACING = 0.8, 0.2, 0.15  # m of way, m of way, rad
 _LEAVE = 1.6  # m from the goal; farther away it drives again
 _CARRIED = np.array([0.55, 0.0, 0.85])  # m; where the gripper is held while driving, in base axes
 _CARRY_GAIN, _TURN_GAIN, _FASTEST_TURN = 1.5, 2.0, 1.2  # 1/s, 1/s, rad/s
@@ -65,13 +65,15 @@ class OraclePlanner:
         target, length = self._route.ahead(state.T_world_base[:2, 3], _LOOK_AHEAD)
         self._change_stage(state, length)
         if self._stage == "drive":
-            twist = self._drive(state, target if length > _ARRIVED else self._goal[:2, 3])
+            twist = self._drive(state, target, _FASTEST)
+        elif self._stage == "turn":
+            twist = self._drive(state, self._goal[:2, 3], 0.0)
         else:
             twist = self._reach(state)
         return np.clip(twist / self._scale, -1.0, 1.0)
 
     def _change_stage(self, state: RobotState, length: float) -> None:
-        """Drive until the way ends, get in line, approach; back if that fails."""
+        """Drive until the way ends, face the goal, get in line, approach; back if that fails."""
         offset = self._goal[:3, 3] - state.T_world_ee[:3, 3]
         axis = self._goal[:3, 2]
         beside = float(np.linalg.norm(offset - (offset @ axis) * axis))
@@ -79,20 +81,21 @@ class OraclePlanner:
         if np.linalg.norm(self._goal[:2, 3] - state.T_world_base[:2, 3]) > _LEAVE:
             self._stage = "drive"
         elif self._stage == "drive" and length < _ARRIVED:
+            self._stage = "turn"
+        if self._stage == "turn" and abs(_bearing(state, self._goal[:2, 3])) < _FACING:
             self._stage = "align"
         if self._stage == "align" and beside < _IN_LINE and turn < _TURNED:
             self._stage = "approach"
         elif self._stage == "approach" and beside > _OUT_OF_LINE:
             self._stage = "align"
 
-    def _drive(self, state: RobotState, target: FloatArray) -> FloatArray:
+    def _drive(self, state: RobotState, target: FloatArray, fastest: float) -> FloatArray:
         """Twist of a gripper that is carried by a base which goes to a point (2,) [m]."""
         R, base = state.T_world_base[:3, :3], state.T_world_base[:3, 3]
-        ahead, left = R[:2, :2].T @ (target - base[:2])
-        bearing = np.arctan2(left, ahead)
+        bearing = _bearing(state, target)
         gripper = R.T @ (state.T_world_ee[:3, 3] - base)
         room = self._route.clearance(base[:2]) - _TIGHT
-        speed = np.clip(_SLOWEST + _SPEED_GAIN * room, _SLOWEST, _FASTEST)
+        speed = min(fastest, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * room))
         speed *= max(0.0, np.cos(bearing)) ** 4  # turn first
         turn = np.clip(_TURN_GAIN * bearing, -_FASTEST_TURN, _FASTEST_TURN)
         twist = np.zeros(6)
@@ -111,3 +114,10 @@ class OraclePlanner:
         speed = np.linalg.norm(twist[:3])
         twist[:3] *= min(1.0, _REACH_SPEED / max(float(speed), 1e-9))
         return twist
+
+
+def _bearing(state: RobotState, target: FloatArray) -> float:
+    """Direction of a point (2,) [m] as the base sees it [rad]."""
+    R, base = state.T_world_base[:2, :2], state.T_world_base[:2, 3]
+    ahead, left = R.T @ (target - base)
+    return float(np.arctan2(left, ahead))

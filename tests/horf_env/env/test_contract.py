@@ -79,3 +79,16 @@ def test_it_runs_in_spawned_processes():
     assert np.isfinite(reward).all()
     assert info[0]["qp_status"] == "solved"
     envs.close()
+
+
+def test_a_map_joins_the_observation_if_asked_for():
+    env = make(scene="mixed", map_view=True)
+    observation, _ = env.reset(seed=0)
+    assert env.observation_space.contains(observation)
+    assert observation["map"].shape == (3, 32, 32)
+    seen = np.stack([env.step(np.zeros(6))[0]["map"] for _ in range(3)])
+    assert seen[:, :2].any()
+    env.close()
+    plain = make()
+    assert "map" not in plain.observation_space.spaces
+    plain.close()

@@ -9,8 +9,14 @@ import pytest
 from horf_env.errors import HorfEnvError, SceneFileError, UnknownNameError
 from horf_env.scenes import instances as packaged
 from horf_env.scenes.families import SCENES
-from horf_env.scenes.instances import SPLITS, InstanceFile, parse_instances, scene_hash
+from horf_env.scenes.instances import (
+    SPLITS,
+    InstanceFile,
+    parse_instances,
+    scene_hash,
+)
 from horf_env.scenes.laws import goal_has_room, start_is_clear
+from horf_env.scenes.source import family_instance, scene_source
 
 all_families = pytest.mark.parametrize("name", SCENES)
 
@@ -130,3 +136,22 @@ def test_malformed_file_names_file_and_field():
     with pytest.raises(SceneFileError, match=r"some\.json") as caught:
         parse_instances(text, source="some.json")
     assert caught.value.field == "test[0].path_length"
+
+
+def test_mixed_scenes_take_turns():
+    source, rng = scene_source("mixed"), np.random.default_rng(0)
+    names = list(SCENES)
+    for split, fixed in (
+        ("test", packaged.test_instance),
+        ("validation", packaged.validation_instance),
+    ):
+        for k in (0, 3, 6, 17):
+            expected = fixed(names[k % 4], k // 4)
+            assert source.pick(rng, instance=k, split=split) == expected
+            assert family_instance("mixed", k) == (names[k % 4], k // 4)
+    assert {source.pick(rng).name for _ in range(40)} == set(names)
+
+
+def test_only_families_have_instances():
+    assert family_instance("room", 5) == ("room", 5)
+    assert family_instance("some/scene.json", 5) is None

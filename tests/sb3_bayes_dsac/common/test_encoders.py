@@ -55,6 +55,21 @@ def test_vectors_pass_unchanged_and_every_frame_counts() -> None:
         assert not th.allclose(encode(encoder, space, depth=image), black)
 
 
+def test_a_vector_of_many_scales_is_also_squashed() -> None:
+    space = depth_space(24, 32)
+    encoder = DepthEncoder(space, features_dim=8, multi_scale=["state"])
+    state = th.randn(4, 3)
+    features = encode(encoder, space, state=state)
+    assert features.shape == (4, encoder.features_dim) == (4, 8 + 3 + 4 + 6)
+    expected = th.cat([th.tanh(state / 0.1), th.tanh(state)], dim=1)
+    th.testing.assert_close(features[:, -6:], expected)
+
+
+def test_only_vectors_have_scales() -> None:
+    with pytest.raises(ArgumentError, match="multi_scale"):
+        DepthEncoder(depth_space(24, 32), multi_scale=["depth"])
+
+
 @pytest.mark.parametrize(
     "space",
     [
