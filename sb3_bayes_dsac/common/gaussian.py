@@ -42,15 +42,17 @@ def product(means: th.Tensor, stds: th.Tensor) -> Fused:
     independently. Critics that share data and target do not, so the fused deviation is too
     small: never above the smallest sigma_i, and sigma / sqrt(n) when all agree on sigma.
 
-    Computed with logarithms, so that no square overflows or needs a floor of its own.
+    Weights are computed with logarithms, so that no square overflows or needs a floor of its own.
 
     Args:
         means: Critics' means, shape (n, B).
         stds: Critics' standard deviations, shape (n, B), positive.
     """
-    log_precisions = -2.0 * stds.clamp_min(MIN_STD).log()
-    weights = log_precisions.softmax(dim=0)
-    std = (-0.5 * log_precisions.logsumexp(dim=0)).exp()
+    stds = stds.clamp_min(MIN_STD)
+    weights = stds.log().mul(-2.0).softmax(dim=0)
+    # w_i sigma_i^2 is the fused variance for every i; the surest critic's is the one to take,
+    # since its weight, at least 1 / n, does not underflow.
+    std = stds.amin(dim=0) * weights.amax(dim=0).sqrt()
     return Fused((weights * means).sum(dim=0), std, weights)
 
 

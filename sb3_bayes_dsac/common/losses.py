@@ -7,6 +7,7 @@ learns a deviation 1/sqrt(2) too small and is not offered.
 
 from __future__ import annotations
 
+import math
 from typing import Final, NamedTuple
 
 import torch as th
@@ -47,7 +48,8 @@ def track_mean_std(mean_std: th.Tensor, stds: th.Tensor, rate: float) -> None:
     batch_mean = stds.detach().mean(dim=1)
     moved = th.where(mean_std == 0.0, batch_mean, th.lerp(mean_std, batch_mean, rate))
     # A batch that holds NaN stops training; what was learnt before stays good.
-    mean_std.copy_(th.where(moved.isfinite(), moved, mean_std))
+    if math.isfinite(moved.sum().item()):
+        mean_std.copy_(moved)
 
 
 def critic_loss(
@@ -72,10 +74,12 @@ def critic_loss(
     """
     q, std = means.detach(), stds.detach()
     error = bounded_error(target.sample, q, BOUND_FACTOR * mean_std)
-    mean_factor = (target.mean - q) / (std**2 + EPSILON)
-    std_factor = (error**2 - std**2) / (std**3 + EPSILON)
-    per_critic = -(mean_factor * means + std_factor * stds).mean(dim=1)
-    return (per_critic * (mean_std**2 + EPSILON)).sum()
+    variance = std * std
+    # Scales enter the factors, so that the graph holds two products and a sum.
+    scale = (mean_std * mean_std + EPSILON)[:, None] / -q.shape[1]
+    mean_factor = (target.mean - q) / (variance + EPSILON) * scale
+    std_factor = (error * error - variance) / (variance * std + EPSILON) * scale
+    return (mean_factor * means + std_factor * stds).sum()
 
 
 def negative_log_likelihood(means: th.Tensor, stds: th.Tensor, target: Target) -> th.Tensor:
