@@ -30,8 +30,10 @@ class PostureObjective:
         base_weight: Weight of the base 1 m from the goal; farther away it is cheaper.
             [1 / (velocity unit)^2]
         arm_weight: The same of the arm, which is dearer farther away.
-        slack_weight: Weight of the EE slack (lambda_delta, no value in the paper). So large that
-            the preferences only choose among velocities that follow the twist.
+        slack_weight: Weight of the EE slack (lambda_delta, no value in the paper). So large beside
+            the others that they only choose among velocities that follow the twist, and so small
+            beside the cost of the row slack that no twist is worth an avoidance row: with 300 of
+            it, random twists hit something in one episode of seven.
         heading_gain: Rate at which the base turns towards the end effector (k_epsilon) [1/s].
         posture_gain: Rate at which the arm goes back to the ready pose [1/s].
         base_change_weight: Weight of the change of the base's velocity; small, since acceleration
@@ -41,13 +43,13 @@ class PostureObjective:
             a row lie far apart. It costs nothing once the robot moves evenly.
     """
 
-    base_weight: float = 0.1
-    arm_weight: float = 1.0
-    slack_weight: float = 300.0
+    base_weight: float = 0.003
+    arm_weight: float = 0.03
+    slack_weight: float = 10.0
     heading_gain: float = 1.0
     posture_gain: float = 1.0
-    base_change_weight: float = 0.1
-    arm_change_weight: float = 1.0
+    base_change_weight: float = 0.003
+    arm_change_weight: float = 0.03
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""
