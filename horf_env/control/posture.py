@@ -48,8 +48,8 @@ class PostureObjective:
     slack_weight: float = 10.0
     heading_gain: float = 1.0
     posture_gain: float = 1.0
-    base_change_weight: float = 0.003
-    arm_change_weight: float = 0.03
+    base_change_weight: float = 0.03
+    arm_change_weight: float = 0.1
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""
