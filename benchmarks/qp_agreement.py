@@ -49,7 +49,7 @@ class Tally:
         self.times.setdefault("rows + solve", []).append(microseconds)
         self.statuses[solution.status] = self.statuses.get(solution.status, 0) + 1
         self.conflicts += bool(solution.violated_rows)
-        reduced = qp._reduced(tick)
+        reduced, _ = qp._reduced(tick)
         for solver in (DaqpSolver(), PiqpSolver()):
             name = f"{type(solver).__name__}, 10 variables"
             self.times.setdefault(name, []).append(timed(solver.solve, reduced)[1])

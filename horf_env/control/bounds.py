@@ -94,10 +94,13 @@ def combined_bounds(limits: Sequence[Bounds], tick: ControlTick) -> tuple[FloatA
     Returns:
         Lower and upper bound with lower <= upper, each of shape (9,).
     """
-    lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
-    for limit in limits:
-        _intersect(lower, upper, *limit.bounds(tick))
+    lower, upper = intersection(stacked_bounds(limits, tick))
     return lower, upper
+
+
+def stacked_bounds(limits: Sequence[Bounds], tick: ControlTick) -> FloatArray:
+    """Lower and upper bounds of all boxes in one array, shape (k * 18,)."""
+    return np.concatenate([side for limit in limits for side in limit.bounds(tick)])
 
 
 @numba.njit(cache=True)
@@ -121,9 +124,13 @@ def _damped(
 
 
 @numba.njit(cache=True)
-def _intersect(lower: FloatArray, upper: FloatArray, low: FloatArray, high: FloatArray) -> None:
-    """Shrink the box (lower, upper) in place by the box (low, high), which may lie outside."""
-    for i in range(len(lower)):
-        least, most = lower[i], upper[i]
-        lower[i] = min(max(low[i], least), most)
-        upper[i] = max(min(max(high[i], least), most), lower[i])
+def intersection(boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Box (9,), (9,) within all boxes of `stacked_bounds`; see `combined_bounds`."""
+    lower, upper = np.full(9, -np.inf), np.full(9, np.inf)
+    for start in range(0, len(boxes), 18):
+        for i in range(9):
+            least, most = lower[i], upper[i]
+            low, high = boxes[start + i], boxes[start + 9 + i]
+            lower[i] = min(max(low, least), most)
+            upper[i] = max(min(max(high, least), most), lower[i])
+    return lower, upper

@@ -9,10 +9,11 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
+import numba
 import numpy as np
 
 from horf_env.control.tick import ControlTick
-from horf_env.robot.manipulability import manipulability_gradient
+from horf_env.robot.manipulability import compiled_gradient
 from horf_env.types import FloatArray
 
 # The position error that scales the weights stays in this range [m]: no division by zero at the
@@ -100,7 +101,13 @@ def pulls(tick: ControlTick, heading_gain: float, manipulability_gain: float) ->
     Returns:
         Shape (9,).
     """
+    turn = heading_gain * heading_error(tick)
+    return np.asarray(_pulls(tick.state.ee_jacobian, turn, manipulability_gain))
+
+
+@numba.njit(cache=True)
+def _pulls(ee_jacobian: FloatArray, turn: float, manipulability_gain: float) -> FloatArray:
     pull = np.zeros(9)
-    pull[1] = heading_gain * heading_error(tick)
-    pull[2:] = manipulability_gain * manipulability_gradient(tick.state.ee_jacobian[:, 2:])
+    pull[1] = turn
+    pull[2:] = manipulability_gain * compiled_gradient(np.ascontiguousarray(ee_jacobian[:, 2:]))
     return pull

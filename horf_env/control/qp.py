@@ -7,24 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numba
 import numpy as np
 import qpsolvers
 
 from horf_env.control.avoidance import Rows
-from horf_env.control.bounds import Bounds, combined_bounds
+from horf_env.control.bounds import Bounds, combined_bounds, stacked_bounds
 from horf_env.control.objective import Objective
+from horf_env.control.reduction import ACTIVE, MOST_ROW_SLACK, ROW_SLACK_COST, outcome, reduced
 from horf_env.control.solvers import DaqpSolver, PiqpSolver, ReducedQp
 from horf_env.control.tick import ControlTick
-from horf_env.types import FloatArray
+from horf_env.types import FloatArray, IntArray
 
 Status = Literal["solved", "fallback", "braking"]
-
-# Cost of the shared slack of the avoidance rows, linear and quadratic. At 1e3 the slack is used
-# only where no velocity keeps all rows (1 of 1980 problems otherwise; 68 with 10).
-_ROW_SLACK_COST = 1e3
-_MOST_ROW_SLACK = 1e3  # m/s; a bound that is never reached
-_ACTIVE = 1e-3  # m/s; a row this close to its bound counts as active
 
 
 @dataclass(frozen=True)
@@ -37,8 +31,10 @@ class QpSolution:
         row_slack: Violation shared by all avoidance rows [m/s]; 0 if all hold.
         status: "solved" by DAQP, "fallback" by PIQP, or "braking" because neither could.
         iterations: Iterations of the solver that answered.
-        active_rows: Names of the avoidance rows that hold the robot back.
-        violated_rows: Names of those that are not kept, because rows or limits are in conflict.
+        room: What the avoidance rows that can matter at this tick have left [m/s]; negative where
+            they are not kept.
+        rows: Places of these rows in `row_names`.
+        row_names: Names of all avoidance rows.
         solve_time: Time to build and solve [s].
     """
 
@@ -47,9 +43,23 @@ class QpSolution:
     row_slack: float
     status: Status
     iterations: int
-    active_rows: tuple[str, ...]
-    violated_rows: tuple[str, ...]
+    room: FloatArray
+    rows: IntArray
+    row_names: tuple[str, ...]
     solve_time: float
+
+    @property
+    def active_rows(self) -> tuple[str, ...]:
+        """Names of the avoidance rows that hold the robot back."""
+        return self._named(self.room < ACTIVE)
+
+    @property
+    def violated_rows(self) -> tuple[str, ...]:
+        """Names of those that are not kept, because rows or limits are in conflict."""
+        return self._named(self.room < -ACTIVE)
+
+    def _named(self, mask: np.ndarray) -> tuple[str, ...]:
+        return tuple(self.row_names[i] for i in self.rows[mask])
 
 
 class WholeBodyQp:
@@ -76,7 +86,7 @@ class WholeBodyQp:
     def solve(self, tick: ControlTick) -> QpSolution:
         """Find the velocity of this tick; always answers, never raises for a hard problem."""
         begin = time.perf_counter()
-        qp = self._reduced(tick)
+        qp, rows = self._reduced(tick)
         status: Status = "solved"
         answer = self._solver.solve(qp)
         if answer.x is None:
@@ -86,15 +96,16 @@ class WholeBodyQp:
         else:
             velocity = np.minimum(np.maximum(answer.x[:9], qp.lower[:9]), qp.upper[:9])
             row_slack = max(float(answer.x[9]), 0.0)
-        room = qp.h - qp.G[:, :9] @ velocity
+        slack, room = outcome(velocity, qp.G, qp.upper, tick.state.ee_jacobian, tick.twist)
         return QpSolution(
             velocity=velocity,
-            slack=tick.twist - tick.state.ee_jacobian @ velocity,
+            slack=slack,
             row_slack=row_slack,
             status=status,
             iterations=answer.iterations,
-            active_rows=self._named(room < _ACTIVE),
-            violated_rows=self._named(room < -_ACTIVE),
+            room=room,
+            rows=rows,
+            row_names=self._names,
             solve_time=time.perf_counter() - begin,
         )
 
@@ -108,8 +119,8 @@ class WholeBodyQp:
         G, h = self._stacked_rows(tick)
         lower, upper = combined_bounds(self._limits, tick)
         slack_weights = np.full(6, terms.slack_weight)
-        P = np.diag(np.concatenate([terms.weights, slack_weights, [_ROW_SLACK_COST]]))
-        q = np.concatenate([terms.linear, np.zeros(6), [_ROW_SLACK_COST]])
+        P = np.diag(np.concatenate([terms.weights, slack_weights, [ROW_SLACK_COST]]))
+        q = np.concatenate([terms.linear, np.zeros(6), [ROW_SLACK_COST]])
         unbounded = np.full(6, np.inf)
         return qpsolvers.Problem(
             P,
@@ -119,53 +130,29 @@ class WholeBodyQp:
             np.hstack([tick.state.ee_jacobian, np.eye(6), np.zeros((6, 1))]),
             tick.twist,
             np.concatenate([lower, -unbounded, [0.0]]),
-            np.concatenate([upper, unbounded, [_MOST_ROW_SLACK]]),
+            np.concatenate([upper, unbounded, [MOST_ROW_SLACK]]),
         )
 
-    def _reduced(self, tick: ControlTick) -> ReducedQp:
-        """The problem in x = (velocity (9), row slack (1)), without the EE slack."""
+    def _reduced(self, tick: ControlTick) -> tuple[ReducedQp, IntArray]:
+        """The problem in x = (velocity (9), row slack (1)), and which rows are part of it."""
         terms = self._objective.terms(tick)
         G, h = self._stacked_rows(tick)
-        lower, upper = combined_bounds(self._limits, tick)
-        P, c = _eliminated(
-            tick.state.ee_jacobian, tick.twist, terms.weights, terms.linear, terms.slack_weight
+        boxes = stacked_bounds(self._limits, tick)
+        *parts, rows = reduced(
+            G,
+            h,
+            boxes,
+            tick.state.ee_jacobian,
+            tick.twist,
+            terms.weights,
+            terms.linear,
+            terms.slack_weight,
         )
-        G, lower, upper = _with_slack(G, lower, upper)
-        return ReducedQp(P, c, G, h, lower, upper)
-
-    def _named(self, rows: np.ndarray) -> tuple[str, ...]:
-        return tuple(self._names[i] for i in rows.nonzero()[0])
+        return ReducedQp(*parts), rows
 
     def _stacked_rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         parts = [row.rows(tick) for row in self._rows]
         return np.concatenate([G for G, _ in parts]), np.concatenate([h for _, h in parts])
-
-
-@numba.njit(cache=True)
-def _eliminated(
-    J: FloatArray, twist: FloatArray, weights: FloatArray, linear: FloatArray, L: float
-) -> tuple[FloatArray, FloatArray]:
-    """Eliminate the EE slack: P = W + J^T L J, c = linear - J^T L twist, L = slack weight."""
-    P, c = np.zeros((10, 10)), np.full(10, _ROW_SLACK_COST)
-    for i in range(9):
-        c[i] = linear[i]
-        for k in range(6):
-            c[i] -= L * J[k, i] * twist[k]
-            for j in range(9):
-                P[i, j] += L * J[k, i] * J[k, j]
-        P[i, i] += weights[i]
-    P[9, 9] = _ROW_SLACK_COST
-    return P, c
-
-
-@numba.njit(cache=True)
-def _with_slack(
-    G: FloatArray, lower: FloatArray, upper: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The rows and the box of the velocity, with the row slack as tenth unknown."""
-    rows, low, high = np.full((len(G), 10), -1.0), np.zeros(10), np.full(10, _MOST_ROW_SLACK)
-    rows[:, :9], low[:9], high[:9] = G, lower, upper
-    return rows, low, high
 
 
 def braking_velocity(tick: ControlTick) -> FloatArray:

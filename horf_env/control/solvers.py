@@ -13,23 +13,28 @@ from horf_env.types import FloatArray
 
 @dataclass(frozen=True)
 class ReducedQp:
-    """min 1/2 x^T P x + c^T x subject to G x <= h and lower <= x <= upper.
+    """min 1/2 x^T P x + c^T x subject to lower <= (x, G x) <= upper.
+
+    The bounds of the unknowns come first and those of the rows behind them, as DAQP takes them.
 
     Attributes:
         P: Shape (n, n), positive definite.
         c: Shape (n,).
         G: Shape (m, n).
-        h: Shape (m,).
-        lower: Shape (n,).
-        upper: Shape (n,).
+        lower: Shape (n + m,); -inf for the rows.
+        upper: Shape (n + m,).
     """
 
     P: FloatArray
     c: FloatArray
     G: FloatArray
-    h: FloatArray
     lower: FloatArray
     upper: FloatArray
+
+    @property
+    def h(self) -> FloatArray:
+        """Right-hand sides of the rows, shape (m,), a view."""
+        return self.upper[len(self.c) :]
 
 
 @dataclass(frozen=True)
@@ -54,9 +59,9 @@ class PiqpSolver:
 
     def solve(self, qp: ReducedQp) -> Answer:
         """Solve; PIQP wants column-major matrices."""
-        solver = piqp.DenseSolver()
+        solver, n = piqp.DenseSolver(), len(qp.c)
         P, G = np.asfortranarray(qp.P), np.asfortranarray(qp.G)
-        solver.setup(P, qp.c, None, None, G, None, qp.h, qp.lower, qp.upper)
+        solver.setup(P, qp.c, None, None, G, None, qp.h, qp.lower[:n], qp.upper[:n])
         solved = solver.solve() == piqp.PIQP_SOLVED
         return Answer(np.array(solver.result.x) if solved else None, int(solver.result.info.iter))
 
@@ -65,8 +70,6 @@ class DaqpSolver:
     """DAQP, an active-set solver: exact, and it fails on other problems than PIQP does."""
 
     def solve(self, qp: ReducedQp) -> Answer:
-        """Solve; DAQP takes the bounds as the first of its two-sided constraints."""
-        upper = np.concatenate([qp.upper, qp.h])
-        lower = np.concatenate([qp.lower, np.full(len(qp.h), -np.inf)])
-        x, _, flag, info = daqp.solve(qp.P, qp.c, qp.G, upper, lower)
+        """Solve from scratch: a start from the last answer would make this one depend on it."""
+        x, _, flag, info = daqp.solve(qp.P, qp.c, qp.G, qp.upper, qp.lower)
         return Answer(np.array(x) if flag == 1 else None, int(info["iterations"]))

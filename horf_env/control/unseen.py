@@ -21,10 +21,12 @@ from horf_env.types import FloatArray
 # Directions around a body, each with one row for its nearest unseen place: four sides and four
 # corners, and one more between each two of them.
 _SECTORS = 16
-_LOWER, _UPPER = np.array(FOOTPRINT[::2]), np.array(FOOTPRINT[1::2])
 _TOUCHING = 1e-6  # m; nearer to the footprint a place has no direction
 # The gripper as a disc around the point between its finger tips [m]: half of the hand's width.
 _HAND_RADIUS = 0.11
+
+_Barrier = tuple[float, float, float, float]
+"""Margin [m], gain [1/s], braking [m/s^2] and duration of a step [s]."""
 
 
 class _UnseenRows(ABC):
@@ -48,21 +50,12 @@ class _UnseenRows(ABC):
 
     def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
         """See `Rows`."""
-        G, distance = self._nearest(tick)
-        h = allowed_approach(
-            distance - self._margin,
-            gain=min(self._gain, 1.0 / tick.dt),
-            braking=tick.limits.braking,
-            dt=tick.dt,
-        )
-        # Nearer than the margin it may stay; it need not back off.
-        np.maximum(h, 0.0, out=h)
-        silence(G, h)
-        return G, h
+        gain = min(self._gain, 1.0 / tick.dt)
+        return self._rows(tick, (self._margin, gain, tick.limits.braking, tick.dt))
 
     @abstractmethod
-    def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        """Rows (16, 9) of the approach to each direction's nearest place, and its distance."""
+    def _rows(self, tick: ControlTick, barrier: _Barrier) -> tuple[FloatArray, FloatArray]:
+        """Rows (16, 9), (16,) of the approach to each direction's nearest place."""
 
 
 class UnseenGround(_UnseenRows):
@@ -70,9 +63,9 @@ class UnseenGround(_UnseenRows):
 
     label = "ground"
 
-    def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        G, distance = _nearest_rows(tick.unseen, tick.state.T_world_base, _LOWER, _UPPER)
-        return G, distance
+    def _rows(self, tick: ControlTick, barrier: _Barrier) -> tuple[FloatArray, FloatArray]:
+        G, h = _ground_rows(tick.unseen, tick.state.T_world_base, FOOTPRINT, barrier)
+        return G, h
 
 
 class UnseenReach(_UnseenRows):
@@ -84,32 +77,35 @@ class UnseenReach(_UnseenRows):
 
     label = "reach"
 
-    def _nearest(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+    def _rows(self, tick: ControlTick, barrier: _Barrier) -> tuple[FloatArray, FloatArray]:
         state = tick.state
         J = state.T_world_base[:2, :2] @ state.ee_jacobian[:2]
-        G, distance = _reach_rows(tick.unseen, state.T_world_ee, J)
-        return G, distance
+        G, h = _reach_rows(tick.unseen, state.T_world_ee, J, barrier)
+        return G, h
 
 
 @numba.njit(cache=True)
-def _nearest_rows(
-    places: FloatArray, T_world_base: FloatArray, lower: FloatArray, upper: FloatArray
+def _ground_rows(
+    places: FloatArray,
+    T_world_base: FloatArray,
+    footprint: tuple[float, float, float, float],
+    barrier: _Barrier,
 ) -> tuple[FloatArray, FloatArray]:
-    """Rows (16, 9) that give the approach to the nearest place of each sector, and its distance.
+    """Rows (16, 9), (16,) of the base's approach to the nearest place of each sector.
 
     Args:
         places: In the world, shape (M, 2), m.
         T_world_base: Pose of the base, shape (4, 4).
-        lower: Least x and y of the footprint, shape (2,), m.
-        upper: Greatest x and y of the footprint, shape (2,), m.
+        footprint: See `FOOTPRINT`.
+        barrier: See `_Barrier`.
     """
     G, nearest = np.zeros((_SECTORS, 9)), np.full(_SECTORS, np.inf)
     c, s = T_world_base[0, 0], T_world_base[1, 0]
     for i in range(len(places)):
         dx, dy = places[i, 0] - T_world_base[0, 3], places[i, 1] - T_world_base[1, 3]
         x, y = c * dx + s * dy, c * dy - s * dx
-        away_x = x - min(max(x, lower[0]), upper[0])
-        away_y = y - min(max(y, lower[1]), upper[1])
+        away_x = x - min(max(x, footprint[0]), footprint[1])
+        away_y = y - min(max(y, footprint[2]), footprint[3])
         distance = np.sqrt(away_x * away_x + away_y * away_y)
         sector = _sector(x, y)
         if _TOUCHING < distance < nearest[sector]:
@@ -117,19 +113,20 @@ def _nearest_rows(
             # A point of the base moves with (v - omega y, omega x).
             G[sector, 0] = away_x / distance
             G[sector, 1] = (away_y * x - away_x * y) / distance
-    return G, nearest
+    return G, _allowed(G, nearest, barrier)
 
 
 @numba.njit(cache=True)
 def _reach_rows(
-    places: FloatArray, T_world_ee: FloatArray, J: FloatArray
+    places: FloatArray, T_world_ee: FloatArray, J: FloatArray, barrier: _Barrier
 ) -> tuple[FloatArray, FloatArray]:
-    """Rows (16, 9) that give the gripper's approach to the nearest place of each sector.
+    """Rows (16, 9), (16,) of the gripper's approach to the nearest place of each sector.
 
     Args:
         places: In the world, shape (M, 2), m.
         T_world_ee: Pose of the gripper, shape (4, 4).
         J: Its velocity in the world for each velocity, shape (2, 9).
+        barrier: See `_Barrier`.
     """
     G, nearest = np.zeros((_SECTORS, 9)), np.full(_SECTORS, np.inf)
     for i in range(len(places)):
@@ -140,7 +137,19 @@ def _reach_rows(
             nearest[sector] = distance
             for j in range(J.shape[1]):
                 G[sector, j] = (dx * J[0, j] + dy * J[1, j]) / distance
-    return G, nearest - _HAND_RADIUS
+    return G, _allowed(G, nearest - _HAND_RADIUS, barrier)
+
+
+@numba.njit(cache=True)
+def _allowed(G: FloatArray, distance: FloatArray, barrier: _Barrier) -> FloatArray:
+    """Right-hand sides; rows that say nothing are silenced.
+
+    Nearer than the margin the robot may stay; it need not back off.
+    """
+    margin, gain, braking, dt = barrier
+    h = np.maximum(allowed_approach(distance - margin, gain, braking, dt), 0.0)
+    silence(G, h)
+    return h
 
 
 @numba.njit(cache=True)

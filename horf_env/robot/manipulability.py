@@ -31,11 +31,12 @@ def manipulability_gradient(J: FloatArray) -> FloatArray:
     Returns:
         Shape (n,); zeros at a singular configuration, where m has no gradient.
     """
-    return np.asarray(_gradient(np.ascontiguousarray(J)))
+    return np.asarray(compiled_gradient(np.ascontiguousarray(J)))
 
 
 @numba.njit(cache=True)
-def _gradient(J: FloatArray) -> FloatArray:
+def compiled_gradient(J: FloatArray) -> FloatArray:
+    """The same for compiled callers; the array has to be contiguous."""
     gram = J @ J.T
     determinant = np.linalg.det(gram)
     if determinant <= _SINGULAR:
@@ -55,17 +56,21 @@ def _trace_with_hessian(J: FloatArray, other: FloatArray) -> FloatArray:
     for i in range(n):
         for j in range(n):
             first, second = min(i, j), max(i, j)
-            result[i] += _triple(J[3:, first], J[:3, second], other[:3, j])
+            result[i] += _triple(J, 3, first, 0, second, other, 0, j)
             if i < j:
-                result[i] += _triple(J[3:, i], J[3:, j], other[3:, j])
+                result[i] += _triple(J, 3, i, 3, j, other, 3, j)
     return result
 
 
 @numba.njit(cache=True)
-def _triple(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """(a x b) . c."""
+def _triple(
+    J: FloatArray, ra: int, a: int, rb: int, b: int, other: FloatArray, rc: int, c: int
+) -> float:
+    """(a x b) . c for the columns of that name, from these rows on; slices would cost as much."""
+    a0, a1, a2 = J[ra, a], J[ra + 1, a], J[ra + 2, a]
+    b0, b1, b2 = J[rb, b], J[rb + 1, b], J[rb + 2, b]
     return float(
-        (a[1] * b[2] - a[2] * b[1]) * c[0]
-        + (a[2] * b[0] - a[0] * b[2]) * c[1]
-        + (a[0] * b[1] - a[1] * b[0]) * c[2]
+        (a1 * b2 - a2 * b1) * other[rc, c]
+        + (a2 * b0 - a0 * b2) * other[rc + 1, c]
+        + (a0 * b1 - a1 * b0) * other[rc + 2, c]
     )

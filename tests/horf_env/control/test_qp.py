@@ -102,10 +102,10 @@ def test_solvers_agree_and_report_infeasible_problems(random_ticks):
     qp = control_preset("default").whole_body_qp()
     piqp, daqp = PiqpSolver(), DaqpSolver()
     for tick in random_ticks(10, seed=7):
-        reduced = qp._reduced(tick)
+        reduced, _ = qp._reduced(tick)
         np.testing.assert_allclose(piqp.solve(reduced).x, daqp.solve(reduced).x, atol=2e-3)
     # Rows that no slack can satisfy: the slack's own bounds are turned around.
-    impossible = qp._reduced(tick)
+    impossible, _ = qp._reduced(tick)
     impossible.G[:] = 0.0
     impossible.h[:] = -1.0
     assert PiqpSolver().solve(impossible).x is None
