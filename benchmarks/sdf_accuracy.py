@@ -24,7 +24,7 @@ from horf_env.robot import MeshPart, MobileManipulator, Part, collision_parts, v
 from horf_env.robot.bodies import BODIES
 from horf_env.sdf import RobotSdf
 from horf_env.sdf.arrays import shape_of
-from horf_env.sdf.bodies import body_distance
+from horf_env.sdf.bodies import measure
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.fields import Fields, build_fields
 from horf_env.sdf.geometry import BodyGeometry, body_geometry
@@ -88,9 +88,10 @@ def visual_errors(
         meshes = [part for part in parts if isinstance(part, MeshPart)]
         read = brute_force(meshes, points)[0] == distance
         points, distance, gradient = points[read], distance[read], gradient[read]
-        own = np.array([body_distance(shape, heights, k, *point) for point in points])
-        error = _MM * np.abs(own[:, 0] - distance)
-        cosine = np.einsum("ij,ij->i", own[:, 1:], gradient) / np.linalg.norm(own[:, 1:], axis=1)
+        own, slopes = np.empty(len(points)), np.array(points.T, order="C")
+        measure(shape, heights, k, slopes, own)
+        error = _MM * np.abs(own - distance)
+        cosine = np.einsum("ji,ij->i", slopes, gradient) / np.linalg.norm(slopes, axis=0)
         errors.append(error)
         angles.append(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))))
         rows[BODIES[k].frame] = _spread(error, angles[-1])

@@ -9,7 +9,7 @@ from horf_env.sdf.arrays import Shape
 from horf_env.sdf.fields import bounds
 from horf_env.sdf.hermite import field_distance
 from horf_env.sdf.polytope import outside_distance, polytope_distance
-from horf_env.types import FloatArray
+from horf_env.types import FloatArray, IntArray
 
 
 @njit(cache=True)
@@ -23,74 +23,143 @@ def to_body(pose: FloatArray, points: FloatArray, i: int) -> tuple[float, float,
     )
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def part_distance(
-    shape: Shape, heights: FloatArray, part: int, x: float, y: float, z: float
+    nodes: np.ndarray,
+    near_faces: np.ndarray,
+    frames: FloatArray,
+    part_boxes: FloatArray,
+    planes: FloatArray,
+    faces: FloatArray,
+    links: np.ndarray,
+    heights: FloatArray,
+    part: int,
+    start: int,
+    stop: int,
+    x: float,
+    y: float,
+    z: float,
 ) -> tuple[float, float, float, float]:
     """Distance of a point to a part, and its gradient in the frame of the body.
 
     Exact for a convex part, for any other as exact as its field. A point that is outside by the
-    fields is not measured against all face planes.
+    fields is not measured against all face planes. Takes the arrays of `Shape` one by one and is
+    copied into its callers' loops: to take them out of the bundle costs as much as the arithmetic.
     """
-    start, stop = shape.part_start[part], shape.part_start[part + 1]
     if start == stop:
-        return field_distance(shape.nodes, shape.frames, shape.part_boxes, part, x, y, z)
-    low, _, row = bounds(shape.nodes, shape.frames, part, x, y, z)
-    if low > 0.0:
-        face = shape.near_faces[row]
-        d, gx, gy, gz, _ = outside_distance(shape.faces, shape.links, face, x, y, z)
+        d, gx, gy, gz = field_distance(nodes, frames, part_boxes, part, x, y, z)
     else:
-        d, gx, gy, gz, _ = polytope_distance(
-            shape.planes, shape.faces, shape.links, heights, start, stop, x, y, z
-        )
+        low, _, row = bounds(nodes, frames, part, x, y, z)
+        if low > 0.0:
+            d, gx, gy, gz, _ = outside_distance(faces, links, near_faces[row], x, y, z)
+        else:
+            d, gx, gy, gz, _ = polytope_distance(
+                planes, faces, links, heights, start, stop, x, y, z
+            )
     return d, gx, gy, gz
 
 
 @njit(cache=True)
-def body_distance(
-    shape: Shape, heights: FloatArray, body: int, x: float, y: float, z: float
-) -> tuple[float, float, float, float]:
-    """Distance of a point to a body, and its gradient in the frame of the body.
+def measure(
+    shape: Shape, heights: FloatArray, body: int, local: FloatArray, distances: FloatArray
+) -> None:
+    """Distances of points to a body, and their gradients in the frame of the body.
 
     Inside, it is the distance to the surface of the part in which the point is deepest.
+
+    Args:
+        shape: The bodies.
+        heights: See `Work`.
+        body: Index of the body.
+        local: Points in the frame of the body, shape (3, >= N), m; the gradients take their place.
+        distances: Written, shape (N,), m.
     """
-    best, nx, ny, nz = np.inf, 0.0, 0.0, 0.0
-    for part in range(shape.body_start[body], shape.body_start[body + 1]):
-        d, gx, gy, gz = part_distance(shape, heights, part, x, y, z)
-        if d < best:
-            best, nx, ny, nz = d, gx, gy, gz
-    return best, nx, ny, nz
+    nodes, near_faces, frames, boxes = shape.nodes, shape.near_faces, shape.frames, shape.part_boxes
+    planes, faces, links, starts = shape.planes, shape.faces, shape.links, shape.part_start
+    first, last = shape.body_start[body], shape.body_start[body + 1]
+    for m in range(len(distances)):
+        x, y, z = local[0, m], local[1, m], local[2, m]
+        best, nx, ny, nz = np.inf, 0.0, 0.0, 0.0
+        for part in range(first, last):
+            start, stop = starts[part], starts[part + 1]
+            d, gx, gy, gz = part_distance(
+                nodes,
+                near_faces,
+                frames,
+                boxes,
+                planes,
+                faces,
+                links,
+                heights,
+                part,
+                start,
+                stop,
+                x,
+                y,
+                z,
+            )
+            if d < best:
+                best, nx, ny, nz = d, gx, gy, gz
+        distances[m], local[0, m], local[1, m], local[2, m] = best, nx, ny, nz
 
 
 @njit(cache=True)
-def is_within(
-    shape: Shape, heights: FloatArray, body: int, x: float, y: float, z: float, tolerance: float
-) -> bool:
-    """Whether the distance of a point to a body is below a tolerance [m].
+def mark_near(
+    shape: Shape,
+    heights: FloatArray,
+    body: int,
+    pose: FloatArray,
+    points: FloatArray,
+    listed: IntArray,
+    tolerance: float,
+    inside: np.ndarray,
+) -> None:
+    """Mark those of the listed points whose distance to a body is below a tolerance.
 
     Most points are far from the surface or on it: the fields' bounds tell of the former, and the
     triangles about the nearest one of the latter, without a look at all the planes of a part.
+
+    Args:
+        shape: The bodies.
+        heights: See `Work`.
+        body: Index of the body.
+        pose: T_world_body, shape (4, 4).
+        points: Cloud in the world, shape (N, 3), m.
+        listed: Indices of points, shape (L,).
+        tolerance: In m.
+        inside: Read and written, shape (N,).
     """
+    nodes, near_faces, frames, boxes = shape.nodes, shape.near_faces, shape.frames, shape.part_boxes
+    planes, faces, links, starts = shape.planes, shape.faces, shape.links, shape.part_start
     for part in range(shape.body_start[body], shape.body_start[body + 1]):
-        if shape.part_start[part] < shape.part_start[part + 1]:
-            low, _, row = bounds(shape.nodes, shape.frames, part, x, y, z)
-            if low >= tolerance:
+        start, stop = starts[part], starts[part + 1]
+        for m in range(len(listed)):
+            i = listed[m]
+            if inside[i]:
                 continue
-            face = shape.near_faces[row]
-            # No less than the distance, as it is that of some point of the surface.
-            if outside_distance(shape.faces, shape.links, face, x, y, z)[0] < tolerance:
-                return True
-        if part_distance(shape, heights, part, x, y, z)[0] < tolerance:
-            return True
-    return False
-
-
-@njit(cache=True)
-def body_distances(
-    shape: Shape, heights: FloatArray, body: int, points: FloatArray, distances: FloatArray
-) -> None:
-    """Distances (N,) of points (N, 3) in the frame of a body."""
-    for i in range(len(points)):
-        distances[i] = body_distance(
-            shape, heights, body, points[i, 0], points[i, 1], points[i, 2]
-        )[0]
+            x, y, z = to_body(pose, points, i)
+            if start < stop:
+                low, _, row = bounds(nodes, frames, part, x, y, z)
+                if low >= tolerance:
+                    continue
+                # No less than the distance, as it is that of some point of the surface.
+                if outside_distance(faces, links, near_faces[row], x, y, z)[0] < tolerance:
+                    inside[i] = True
+                    continue
+            d, _, _, _ = part_distance(
+                nodes,
+                near_faces,
+                frames,
+                boxes,
+                planes,
+                faces,
+                links,
+                heights,
+                part,
+                start,
+                stop,
+                x,
+                y,
+                z,
+            )
+            inside[i] = d < tolerance

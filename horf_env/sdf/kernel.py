@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from horf_env.sdf.arrays import Shape, Work, work_of
-from horf_env.sdf.bodies import body_distance, to_body
+from horf_env.sdf.bodies import measure, to_body
 from horf_env.sdf.nearest import nearest_point
 from horf_env.sdf.scan import box_distances, braking_distances, chunk_minima, distances, load
 from horf_env.sdf.selection import further_witnesses
@@ -84,10 +84,17 @@ def find_witnesses(
             distances(work.squared, work.keys)
         count = further_witnesses(shape, work, b, pose, points, spacing[b], indices[b])
         for k in range(1, count):
-            i = indices[b, k]
-            x, y, z = to_body(pose, points, i)
-            distance, nx, ny, nz = body_distance(shape, work.heights, b, x, y, z)
-            _write(pose, jacobians[b], points, i, distance, nx, ny, nz, numbers[b, k])
+            x, y, z = to_body(pose, points, indices[b, k])
+            work.local[0, k], work.local[1, k], work.local[2, k] = x, y, z
+        measure(shape, work.heights, b, work.local[:, 1:], work.lower[1:count])
+        for k in range(1, count):
+            distance, nx, ny, nz = (
+                work.lower[k],
+                work.local[0, k],
+                work.local[1, k],
+                work.local[2, k],
+            )
+            _write(pose, jacobians[b], points, indices[b, k], distance, nx, ny, nz, numbers[b, k])
     return True
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from horf_env.sdf.arrays import Shape, work_of
-from horf_env.sdf.bodies import is_within, to_body
+from horf_env.sdf.bodies import mark_near
 from horf_env.sdf.kernel import chain_rule
 from horf_env.sdf.scan import SCAN_ERROR, box_distances, chunk_minima, load
 from horf_env.sdf.shortlist import shortlist
@@ -95,8 +95,6 @@ def mark_within(
         box_distances(work.cloud, n, near, shape.boxes[b], reach, work.squared)
         chunk_minima(work.squared.view(np.int32), work.squared_minima.view(np.int32))
         found = shortlist(work.squared, work.squared_minima, reach * reach, work.listed)
-        for i in work.listed[:found]:
-            if not inside[i]:
-                x, y, z = to_body(poses[b], points, i)
-                inside[i] = is_within(shape, work.heights, b, x, y, z, tolerance)
+        listed = work.listed[:found]
+        mark_near(shape, work.heights, b, poses[b], points, listed, tolerance, inside)
     return True

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from horf_env.sdf.arrays import Shape, Work
-from horf_env.sdf.bodies import body_distance, part_distance, to_body
+from horf_env.sdf.bodies import measure, part_distance, to_body
 from horf_env.sdf.fields import lipschitz_bounds
 from horf_env.sdf.polytope import FAST
 from horf_env.sdf.scan import CHUNK, SCAN_ERROR, place_of_least
@@ -37,7 +37,10 @@ def nearest_point(
     start = chunk * CHUNK
     chosen = place_of_least(work.squared.view(np.int32), start, start + CHUNK)
     x, y, z = to_body(pose, points, chosen)
-    least, gx, gy, gz = body_distance(shape, work.heights, body, x, y, z)
+    local = work.local
+    local[0, 0], local[1, 0], local[2, 0] = x, y, z
+    measure(shape, work.heights, body, local, work.lower[:1])
+    least, gx, gy, gz = work.lower[0], local[0, 0], local[1, 0], local[2, 0]
     limit = (max(least, 0.0) + SCAN_ERROR) ** 2
     listed = work.listed[: shortlist(work.squared, minima, limit, work.listed)]
     localise(points, pose, listed, work.local)
@@ -77,17 +80,35 @@ def _least_distance(
     other points, and the next point measured is that with the lowest bound, until no bound is
     below the least.
     """
-    place, convex = -1, shape.part_start[part] < shape.part_start[part + 1]
+    nodes, near_faces, frames, boxes = shape.nodes, shape.near_faces, shape.frames, shape.part_boxes
+    planes, faces, links, local = shape.planes, shape.faces, shape.links, work.local
+    start, stop, heights = shape.part_start[part], shape.part_start[part + 1], work.heights
+    place, convex = -1, start < stop
     while len(lower):
         m = place_of_lowest(lower)
         if lower[m] >= least - _WORTH:
             break
-        x, y, z = work.local[0, m], work.local[1, m], work.local[2, m]
-        distance, gx, gy, gz = part_distance(shape, work.heights, part, x, y, z)
+        x, y, z = local[0, m], local[1, m], local[2, m]
+        distance, gx, gy, gz = part_distance(
+            nodes,
+            near_faces,
+            frames,
+            boxes,
+            planes,
+            faces,
+            links,
+            heights,
+            part,
+            start,
+            stop,
+            x,
+            y,
+            z,
+        )
         if distance < least:
             place, least, nx, ny, nz = m, distance, gx, gy, gz
         if convex:
-            _cut(work.local, lower, distance - gx * x - gy * y - gz * z, gx, gy, gz)
+            _cut(local, lower, distance - gx * x - gy * y - gz * z, gx, gy, gz)
         lower[m] = np.inf
     return place, least, nx, ny, nz
 

@@ -12,7 +12,7 @@ from horf_env.robot import Part, RobotState
 from horf_env.robot.parts import Elements
 from horf_env.robot.placing import placed_points
 from horf_env.sdf.arrays import shape_of, work_space
-from horf_env.sdf.bodies import body_distances
+from horf_env.sdf.bodies import measure
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.geometry import body_geometry
 from horf_env.sdf.kernel import find_witnesses
@@ -89,7 +89,7 @@ class RobotSdf:
         """
         points = _checked(points)
         distances = np.empty(len(points))
-        body_distances(self._shape, self._work.heights, k, points, distances)
+        measure(self._shape, self._work.heights, k, np.array(points.T, order="C"), distances)
         return distances
 
     def query(self, points: FloatArray, configuration: FloatArray) -> LinkDistances:
