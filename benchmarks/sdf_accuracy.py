@@ -24,7 +24,7 @@ from horf_env.robot import MeshPart, MobileManipulator, Part, collision_parts, v
 from horf_env.robot.bodies import BODIES
 from horf_env.sdf import RobotSdf
 from horf_env.sdf.arrays import shape_of
-from horf_env.sdf.bodies import measure
+from horf_env.sdf.bodies import measure as measure_distances
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.fields import Fields, build_fields
 from horf_env.sdf.geometry import BodyGeometry, body_geometry
@@ -89,7 +89,7 @@ def visual_errors(
         read = brute_force(meshes, points)[0] == distance
         points, distance, gradient = points[read], distance[read], gradient[read]
         own, slopes = np.empty(len(points)), np.array(points.T, order="C")
-        measure(shape, heights, k, slopes, own)
+        measure_distances(shape, heights, k, slopes, own)
         error = _MM * np.abs(own - distance)
         cosine = np.einsum("ji,ij->i", slopes, gradient) / np.linalg.norm(slopes, axis=0)
         errors.append(error)

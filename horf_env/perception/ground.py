@@ -29,6 +29,7 @@ def mark_standing(
     n, size = len(grid.seen), grid.size[0]
     x, y, theta = pose
     c, s = np.cos(theta), np.sin(theta)
+    seen = grid.seen
     corner = np.sqrt(max(-box[0], box[1]) ** 2 + max(-box[2], box[3]) ** 2)
     reach = int(max(corner, radius) / size) + 1
     middle_x, middle_y = int(np.floor(x / size)), int(np.floor(y / size))
@@ -39,9 +40,9 @@ def mark_standing(
             in_body = box[0] <= along <= box[1] and box[2] <= across <= box[3]
             column = world_x & (n - 1), world_y & (n - 1)
             if in_body:
-                grid.seen[column] |= COVERED
+                seen[column] |= COVERED
             if dx * dx + dy * dy <= radius * radius:
-                grid.seen[column] |= layers
+                seen[column] |= layers
 
 
 @njit(cache=True)
@@ -70,12 +71,13 @@ def unseen_ground(
         How many were written.
     """
     n, size, side, found = len(grid.seen), grid.size[0], len(steps), 0
+    grid_seen, occupied = grid.seen, grid.occupied
     first_x = int(np.floor(x / size)) - side // 2
     first_y = int(np.floor(y / size)) - side // 2
     for i in range(side):
         for j in range(side):
             column = (first_x + i) & (n - 1), (first_y + j) & (n - 1)
-            seen = (grid.seen[column] | grid.occupied[column]) & layers
+            seen = (grid_seen[column] | occupied[column]) & layers
             least = 0 if seen else side
             if not seen and i > 0:
                 least = min(least, steps[i - 1, j] + 1)
@@ -98,7 +100,7 @@ def unseen_ground(
             if j < side - 1:
                 least = min(least, steps[i, j + 1] + 1)
             steps[i, j] = least
-            covered = grid.seen[(first_x + i) & (n - 1), (first_y + j) & (n - 1)] & COVERED
+            covered = grid_seen[(first_x + i) & (n - 1), (first_y + j) & (n - 1)] & COVERED
             if least == grace + 1 and not covered and found < len(out):
                 out[found, 0] = (first_x + i + 0.5) * size
                 out[found, 1] = (first_y + j + 0.5) * size
@@ -110,11 +112,12 @@ def unseen_ground(
 def mark_points(grid: VoxelGrid, points: FloatArray) -> None:
     """Mark the voxels of points (N, 3) [m] as seen: the robot itself is there."""
     n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    first_x, first_y, seen = grid.first[0], grid.first[1], grid.seen
     for i in range(len(points)):
         x, y = int(np.floor(points[i, 0] / size)), int(np.floor(points[i, 1] / size))
         z = int(np.floor(points[i, 2] / size))
-        if 0 <= x - grid.first[0] < n and 0 <= y - grid.first[1] < n and 0 <= z < layers:
-            grid.seen[x & (n - 1), y & (n - 1)] |= bit(z)
+        if 0 <= x - first_x < n and 0 <= y - first_y < n and 0 <= z < layers:
+            seen[x & (n - 1), y & (n - 1)] |= bit(z)
 
 
 @njit(cache=True)

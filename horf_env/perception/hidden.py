@@ -65,7 +65,7 @@ def hidden_points(
     Returns:
         How many points `out` holds now.
     """
-    side, size = len(space.unseen) - 2, grid.size[0]
+    side, size, layers = len(space.unseen) - 2, grid.size[0], grid.place.shape[2]
     first_x = int(np.floor(middle[0] / size)) - side // 2
     first_y = int(np.floor(middle[1] / size)) - side // 2
     _load(grid, space, first_x, first_y, body_layers, above)
@@ -85,7 +85,7 @@ def hidden_points(
             inside = filled[i, j] << BIT & (filled[i, j] >> BIT)
             inside &= filled[i - 1, j] & filled[i + 1, j] & filled[i, j - 1] & filled[i, j + 1]
             shell = hidden & ~inside
-            for z in range(grid.place.shape[2]):
+            for z in range(layers if shell else 0):
                 if shell >> np.uint64(z) & BIT and found < len(out):
                     out[found, 0] = (first_x + i - 0.5) * size
                     out[found, 1] = (first_y + j - 0.5) * size
@@ -105,18 +105,20 @@ def _load(
 ) -> None:
     """Copy the area into the work space and fill upwards."""
     n, side = len(grid.seen), len(space.unseen) - 2
+    grid_seen, grid_occupied = grid.seen, grid.occupied
+    space_unseen, filled = space.unseen, space.filled
     all_layers = ~np.uint64(0) >> np.uint64(64 - grid.place.shape[2])
     for i in range(1, side + 1):
         for j in range(1, side + 1):
             column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
-            seen, occupied = grid.seen[column], grid.occupied[column]
+            seen, occupied = grid_seen[column], grid_occupied[column]
             if seen & COVERED:
                 seen |= body_layers
             unseen = ~(seen | occupied) & all_layers
-            space.unseen[i, j] = unseen
-            space.filled[i, j] = occupied
+            space_unseen[i, j] = unseen
+            filled[i, j] = occupied
             if above and occupied:
-                space.filled[i, j] = _filled_upwards(occupied, unseen)
+                filled[i, j] = _filled_upwards(occupied, unseen)
 
 
 @njit(cache=True)
@@ -127,12 +129,12 @@ def _remember(
 
     Only around what is still occupied: an obstacle that disappears hides nothing any more.
     """
-    n, side = len(grid.seen), len(around) - 2
+    n, side, hidden = len(grid.seen), len(around) - 2, grid.hidden
     for i in range(1, side + 1):
         for j in range(1, side + 1):
             column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
-            filled[i, j] |= grid.hidden[column] & around[i, j]
-            grid.hidden[column] = filled[i, j]
+            filled[i, j] |= hidden[column] & around[i, j]
+            hidden[column] = filled[i, j]
 
 
 @njit(cache=True)

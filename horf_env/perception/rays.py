@@ -24,7 +24,7 @@ def mark_rays(grid: VoxelGrid, origin: FloatArray, ends: FloatArray, phase: int,
         step: How many rays farther the next one is.
     """
     n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
-    first_x, first_y = grid.first[0], grid.first[1]
+    first_x, first_y, seen = grid.first[0], grid.first[1], grid.seen
     for i in range(phase, len(ends), step):
         dx, dy, dz = ends[i, 0] - origin[0], ends[i, 1] - origin[1], ends[i, 2] - origin[2]
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -37,7 +37,7 @@ def mark_rays(grid: VoxelGrid, origin: FloatArray, ends: FloatArray, phase: int,
             if not (0.0 <= x < n and 0.0 <= y < n and 0.0 <= z < layers):
                 break
             column_x, column_y = (int(x) + first_x) & (n - 1), (int(y) + first_y) & (n - 1)
-            grid.seen[column_x, column_y] |= bit(int(z))
+            seen[column_x, column_y] |= bit(int(z))
             x, y, z = x + dx, y + dy, z + dz
 
 
@@ -64,30 +64,33 @@ def insert(
         time: Now [s].
     """
     n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    first, place, length, occupied = grid.first, grid.place, grid.length, grid.occupied
+    voxel, errors, point = grid.voxel, grid.error, grid.point
+    misses, times = grid.misses, grid.time
     for i in range(len(points)):
         if not keep[i]:
             continue
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         x, y, z = int(np.floor(px / size)), int(np.floor(py / size)), int(np.floor(pz / size))
-        inside = 0 <= x - grid.first[0] < n and 0 <= y - grid.first[1] < n and 0 <= z < layers
+        inside = 0 <= x - first[0] < n and 0 <= y - first[1] < n and 0 <= z < layers
         if not inside:
             continue
         ox, oy, oz = px / size - x - 0.5, py / size - y - 0.5, pz / size - z - 0.5
         squared = (px - origin[0]) ** 2 + (py - origin[1]) ** 2 + (pz - origin[2]) ** 2
         error = size * size * (ox * ox + oy * oy + oz * oz) + (noise * squared) ** 2
         x, y = x & (n - 1), y & (n - 1)
-        entry = grid.place[x, y, z]
+        entry = place[x, y, z]
         if entry < 0:
-            entry = grid.length[0]
-            grid.length[0] += 1
-            grid.place[x, y, z] = entry
-            grid.occupied[x, y] |= bit(z)
-            grid.voxel[entry, 0], grid.voxel[entry, 1], grid.voxel[entry, 2] = x, y, z
-            grid.error[entry] = np.inf
-        if error <= grid.error[entry]:
-            grid.point[entry, 0], grid.point[entry, 1], grid.point[entry, 2] = px, py, pz
-            grid.error[entry] = error
-        grid.misses[entry], grid.time[entry] = 0, time
+            entry = length[0]
+            length[0] += 1
+            place[x, y, z] = entry
+            occupied[x, y] |= bit(z)
+            voxel[entry, 0], voxel[entry, 1], voxel[entry, 2] = x, y, z
+            errors[entry] = np.inf
+        if error <= errors[entry]:
+            point[entry, 0], point[entry, 1], point[entry, 2] = px, py, pz
+            errors[entry] = error
+        misses[entry], times[entry] = 0, time
 
 
 @njit(cache=True)
@@ -120,11 +123,12 @@ def carve(
     """
     height, width = depth.shape
     R, t = T_world_camera[:3, :3], T_world_camera[:3, 3]
-    for entry in range(phase, grid.length[0], step):
-        if entry >= grid.length[0]:
+    point, length = grid.point, grid.length
+    for entry in range(phase, length[0], step):
+        if entry >= length[0]:
             break  # some were forgotten on the way
-        dx, dy = grid.point[entry, 0] - t[0], grid.point[entry, 1] - t[1]
-        dz = grid.point[entry, 2] - t[2]
+        dx, dy = point[entry, 0] - t[0], point[entry, 1] - t[1]
+        dz = point[entry, 2] - t[2]
         z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
         if not depth_range[0] < z < depth_range[1]:
             continue

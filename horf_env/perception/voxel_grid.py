@@ -25,6 +25,9 @@ COVERED = np.uint64(1 << 63)
 class VoxelGrid(NamedTuple):
     """The arrays. C columns a side (a power of two), Z layers, room for N occupied voxels.
 
+    Compiled functions take an array out before a loop, not in it: that counts references, which
+    costs more than what is done with a voxel.
+
     Attributes:
         size: Edge of a voxel [m], shape (1,).
         first: World numbers of the window's first column, shape (2,).
@@ -142,15 +145,15 @@ def near_points(
     Returns:
         How many were written.
     """
-    found, room = 0, len(out)
+    found, room, point, voxel = 0, len(out), grid.point, grid.voxel
     for entry in range(grid.length[0]):
-        dx, dy = grid.point[entry, 0] - x, grid.point[entry, 1] - y
+        dx, dy = point[entry, 0] - x, point[entry, 1] - y
         squared = dx * dx + dy * dy
         if squared > far * far or found == room:
             continue
-        colour = grid.voxel[entry, 0] + grid.voxel[entry, 1] + grid.voxel[entry, 2]
+        colour = voxel[entry, 0] + voxel[entry, 1] + voxel[entry, 2]
         if squared <= near * near or colour & 1:
             for j in range(3):
-                out[found, j] = grid.point[entry, j]
+                out[found, j] = point[entry, j]
             found += 1
     return found
