@@ -15,7 +15,6 @@ from horf_env.perception import (
     Image,
     MemorySettings,
     View,
-    inside_box,
     quantise_depth,
     unproject,
 )
@@ -82,8 +81,6 @@ class Senses:
         self._camera.set_robot([_joined(p) for p in parts])
         inner = [_filling(sdf, body, _corners(p)) for body, p in enumerate(parts, start=1)]
         self._inner, self._inner_starts = np.concatenate(inner), np.cumsum([0, *map(len, inner)])
-        # How far each body of the arm reaches from its origin [m], shape (8, 1).
-        self._reach = np.array([[np.linalg.norm(_corners(p), axis=1).max()] for p in parts])
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
         self._stack, self.memory = FrameStack(), memory.make()
@@ -158,14 +155,6 @@ class Senses:
             depth = self._noise.apply(depth, self._model, rng)
         return Image(depth, self._model, state, time)
 
-    def _on_arm(self, points: FloatArray, state: RobotState) -> np.ndarray:
-        """Which points lie on the robot's own arm, shape (N,); most are far from it."""
-        origins, reach = state.link_poses[1:, :3, 3], self._reach + self._tolerance
-        near = inside_box(points, (origins - reach).min(axis=0), (origins + reach).max(axis=0))
-        own = np.zeros(len(points), dtype=np.bool_)
-        own[near] = self._sdf.on_arm(points[near], state, self._tolerance)
-        return own
-
     def arm_points(self, state: RobotState) -> FloatArray:
         """Points that fill the arm, in the world, shape (N, 3), m."""
         return placed_points(self._inner, self._inner_starts, state.link_poses[1:])
@@ -176,7 +165,7 @@ class Senses:
             return
         T_world_camera = image.state.T_world_base @ self._model.T_base_camera
         points = unproject(image.depth, self._model, T_world_camera)
-        own = self._on_arm(points, image.state)
+        own = self._sdf.on_arm(points, image.state, self._tolerance)
         self.memory.add(View(image, T_world_camera, points, own))
 
 

@@ -1,7 +1,7 @@
 """Perception: depth camera, frame stack and point cloud of the last frames."""
 
 from horf_env.perception.camera import CameraModel
-from horf_env.perception.cloud import CloudHistory, inside_box, remove_floor, unproject
+from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
 from horf_env.perception.depth_camera import DepthCamera
 from horf_env.perception.frame_memory import FrameSettings
 from horf_env.perception.frames import FrameStack, dequantise_depth, quantise_depth
@@ -26,7 +26,6 @@ __all__ = [
     "ObstacleMemory",
     "View",
     "dequantise_depth",
-    "inside_box",
     "quantise_depth",
     "remove_floor",
     "top_view",

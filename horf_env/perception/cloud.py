@@ -46,18 +46,6 @@ def _unproject(depth: DepthImage, rays: FloatArray, T: FloatArray) -> FloatArray
     return points[:found]
 
 
-@njit(cache=True)
-def inside_box(points: FloatArray, lower: FloatArray, upper: FloatArray) -> np.ndarray:
-    """Indices of the points (N, 3) within an axis-aligned box with corners (3,), all in m."""
-    indices, found = np.empty(len(points), dtype=np.int64), 0
-    for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        if lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1] and lower[2] <= z <= upper[2]:
-            indices[found] = i
-            found += 1
-    return indices[:found]
-
-
 def remove_floor(points: FloatArray, *, height: float = _FLOOR_HEIGHT) -> FloatArray:
     """Points that are not on the floor z = 0.
 

@@ -10,14 +10,15 @@ from horf_env.types import FloatArray
 
 
 @njit(cache=True)
-def mark_standing(
+def mark_robot(
     grid: VoxelGrid,
     pose: tuple[float, float, float],
     box: tuple[float, float, float, float],
     radius: float,
     layers: np.uint64,
+    arm: FloatArray,
 ) -> None:
-    """Mark where the base stands as covered, and a disc about its centre as seen.
+    """Mark where the base stands as covered, and a disc about its centre and the arm as seen.
 
     Args:
         grid: The grid.
@@ -25,7 +26,9 @@ def mark_standing(
         box: (least x, greatest x, least y, greatest y) of its body in its own frame [m].
         radius: Of the disc [m].
         layers: Bits of the layers of the disc.
+        arm: Points that fill the arm, shape (N, 3), m.
     """
+    _mark_points(grid, arm)
     n, size = len(grid.seen), grid.size[0]
     x, y, theta = pose
     c, s = np.cos(theta), np.sin(theta)
@@ -109,8 +112,8 @@ def unseen_ground(
 
 
 @njit(cache=True)
-def mark_points(grid: VoxelGrid, points: FloatArray) -> None:
-    """Mark the voxels of points (N, 3) [m] as seen: the robot itself is there."""
+def _mark_points(grid: VoxelGrid, points: FloatArray) -> None:
+    """Mark the voxels of points (N, 3) [m] as seen."""
     n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
     first_x, first_y, seen = grid.first[0], grid.first[1], grid.seen
     for i in range(len(points)):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from horf_env.perception.voxel_grid import BIT, COVERED, VoxelGrid
+from horf_env.perception.voxel_grid import BIT, COVERED, VoxelGrid, near_points
 from horf_env.types import FloatArray
 
 
@@ -40,7 +40,39 @@ def hidden_space(side: int) -> HiddenSpace:
 
 
 @njit(cache=True)
-def hidden_points(
+def obstacle_points(
+    grid: VoxelGrid,
+    space: HiddenSpace,
+    middle: tuple[float, float],
+    radii: tuple[float, float],
+    body_layers: np.uint64,
+    above: bool,
+    behind: int,
+    out: FloatArray,
+) -> FloatArray:
+    """Points that were seen, and the middles of the outermost hidden voxels.
+
+    Args:
+        grid: The grid.
+        space: Work space; its shape says how large the area is in which hidden voxels count.
+        middle: Middle of the area [m].
+        radii: Within the first all points that were seen count, every second one within the
+            second [m].
+        body_layers: Bits of the layers that are free where the base has stood.
+        above: Whether all that is unseen right above an occupied voxel counts.
+        behind: How far, in voxels, unseen space behind an occupied voxel counts.
+        out: Work space for the points, shape (M, 3), m.
+
+    Returns:
+        Shape (N, 3), m.
+    """
+    found = near_points(grid, middle[0], middle[1], radii[0], radii[1], out)
+    found = _append_hidden(grid, space, middle, body_layers, above, behind, out, found)
+    return out[:found].copy()
+
+
+@njit(cache=True)
+def _append_hidden(
     grid: VoxelGrid,
     space: HiddenSpace,
     middle: tuple[float, float],
@@ -50,22 +82,8 @@ def hidden_points(
     out: FloatArray,
     found: int,
 ) -> int:
-    """Append the middles of the outermost unseen voxels that count as occupied.
-
-    Args:
-        grid: The grid.
-        space: Work space; its shape says how large the area is.
-        middle: Middle of the area [m].
-        body_layers: Bits of the layers that are free where the base has stood.
-        above: Whether all that is unseen right above an occupied voxel counts.
-        behind: How far, in voxels, unseen space behind an occupied voxel counts.
-        out: Points, shape (M, 3), m; those from `found` on are overwritten.
-        found: How many points `out` holds.
-
-    Returns:
-        How many points `out` holds now.
-    """
-    side, size, layers = len(space.unseen) - 2, grid.size[0], grid.place.shape[2]
+    """Append the hidden voxels to the points that `out` holds; return how many it holds then."""
+    side, size = len(space.unseen) - 2, grid.size[0]
     first_x = int(np.floor(middle[0] / size)) - side // 2
     first_y = int(np.floor(middle[1] / size)) - side // 2
     _load(grid, space, first_x, first_y, body_layers, above)
@@ -85,12 +103,14 @@ def hidden_points(
             inside = filled[i, j] << BIT & (filled[i, j] >> BIT)
             inside &= filled[i - 1, j] & filled[i + 1, j] & filled[i, j - 1] & filled[i, j + 1]
             shell = hidden & ~inside
-            for z in range(layers if shell else 0):
-                if shell >> np.uint64(z) & BIT and found < len(out):
+            z = 0
+            while shell:
+                if shell & BIT and found < len(out):
                     out[found, 0] = (first_x + i - 0.5) * size
                     out[found, 1] = (first_y + j - 0.5) * size
                     out[found, 2] = (z + 0.5) * size
                     found += 1
+                shell, z = shell >> BIT, z + 1
     return found
 
 

@@ -6,27 +6,19 @@ degrees most of what the robot hits was seen and forgotten, or is behind or abov
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from horf_env.perception.ground import mark_points, mark_standing, points_seen, unseen_ground
-from horf_env.perception.hidden import hidden_points, hidden_space
+from horf_env.perception.ground import mark_robot, points_seen, unseen_ground
+from horf_env.perception.hidden import hidden_space, obstacle_points
 from horf_env.perception.memory import View
-from horf_env.perception.rays import carve, insert, mark_rays
-from horf_env.perception.voxel_grid import empty_grid, move_window, near_points
+from horf_env.perception.rays import take_in
+from horf_env.perception.voxel_grid import empty_grid, move_window
 from horf_env.robot.footprint import BASE_HEIGHT, FOOTPRINT
 from horf_env.types import FloatArray
 
-# Lower points are floor [m]: the base would otherwise keep a distance from it.
-_FLOOR_HEIGHT = 0.03
-# The camera's depth error at 1 m [m], a D435's (see noise.py); it grows with the square.
-_NOISE = 0.004
-# Looks in a row that have to see through a point: one may be wrong at an edge.
-_MOST_MISSES = 2
-# Every fourth ray marks what it passes, and every fourth point is looked at whether it is still
-# there; the four sets take turns.
-_SETS = 4
 # The window follows when the robot has moved this far [m] from its middle.
 _RECENTRE = 0.5
 _MOST_POINTS = 1 << 15
@@ -99,52 +91,55 @@ class LocalMap:
     def reset(self, T_world_base: FloatArray) -> None:
         """See `ObstacleMemory`."""
         self._make_grid()
-        self._centre = np.full(2, np.inf)
+        self._centre = (math.inf, math.inf)
         self._follow(T_world_base[:3, 3], 0.0)
-        self._stand(T_world_base, self._settings.start_radius)
+        self._stand(T_world_base, self._settings.start_radius, np.empty((0, 3)))
 
     def add(self, view: View) -> None:
         """See `ObstacleMemory`."""
-        grid, origin = self._grid, np.ascontiguousarray(view.T_world_camera[:3, 3])
-        self._follow(origin, view.image.time)
-        phase = self._frames % _SETS
-        mark_rays(grid, origin, view.points, phase, _SETS)
-        if self._settings.carving:
-            model, T = view.image.model, view.T_world_camera
-            span = (model.near, model.far)
-            depth, focal = view.image.depth, model.focal_lengths
-            carve(grid, depth, T, focal, span, _NOISE, _MOST_MISSES, phase, _SETS)
-        keep = ~view.own & (view.points[:, 2] >= _FLOOR_HEIGHT)
-        insert(grid, view.points, keep, origin, _NOISE, view.image.time)
+        image, model = view.image, view.image.model
+        self._follow(view.T_world_camera[:3, 3], image.time)
+        take_in(
+            self._grid,
+            view.points,
+            view.own,
+            image.depth,
+            view.T_world_camera,
+            model.focal_lengths,
+            (model.near, model.far),
+            self._settings.carving,
+            self._frames,
+            image.time,
+        )
         self._frames += 1
 
     def _follow(self, place: FloatArray, time: float) -> None:
         """Move the window if need be, and forget what is too old."""
-        moved = np.abs(place[:2] - self._centre).max() > _RECENTRE
-        if moved or np.isfinite(self._settings.history):
-            self._centre = place[:2].copy()
-            move_window(self._grid, place[0], place[1], time - self._settings.history)
+        x, y = float(place[0]), float(place[1])
+        moved = max(abs(x - self._centre[0]), abs(y - self._centre[1])) > _RECENTRE
+        if moved or math.isfinite(self._settings.history):
+            self._centre = (x, y)
+            move_window(self._grid, x, y, time - self._settings.history)
 
     def occupy(self, T_world_base: FloatArray, arm: FloatArray) -> None:
         """See `ObstacleMemory`."""
-        self._stand(T_world_base, 0.0)
-        mark_points(self._grid, arm)
+        self._stand(T_world_base, 0.0, arm)
 
     def points(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""
-        x, y = T_world_base[:2, 3]
-        found = near_points(self._grid, x, y, self._settings.near, self._settings.far, self._points)
-        found = hidden_points(
-            self._grid,
-            self._space,
-            (x, y),
-            self._body_layers,
-            self._settings.fill_above,
-            self._behind,
-            self._points,
-            found,
+        s = self._settings
+        return np.asarray(
+            obstacle_points(
+                self._grid,
+                self._space,
+                (T_world_base[0, 3], T_world_base[1, 3]),
+                (s.near, s.far),
+                self._body_layers,
+                s.fill_above,
+                self._behind,
+                self._points,
+            )
         )
-        return self._points[:found].copy()
 
     def unseen(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""
@@ -160,7 +155,7 @@ class LocalMap:
         """Which of the points (N, 3) [m] lie in voxels that were seen, free or not; shape (N,)."""
         return np.asarray(points_seen(self._grid, points))
 
-    def _stand(self, T_world_base: FloatArray, radius: float) -> None:
+    def _stand(self, T_world_base: FloatArray, radius: float, arm: FloatArray) -> None:
         theta = float(np.arctan2(T_world_base[1, 0], T_world_base[0, 0]))
         pose = (float(T_world_base[0, 3]), float(T_world_base[1, 3]), theta)
-        mark_standing(self._grid, pose, FOOTPRINT, radius, self._body_layers)
+        mark_robot(self._grid, pose, FOOTPRINT, radius, self._body_layers, arm)
