@@ -141,6 +141,8 @@ class RobotSdf:
         points = self._cloud(points)
         if velocity is None:
             velocity = np.zeros(state.body_jacobians.shape[2])
+        if not isinstance(spacing, np.ndarray):
+            spacing = np.full(len(state.link_poses), spacing, dtype=float)
         numbers, indices = self._empty_table(state, count)
         if len(points) and not find_witnesses(
             self._shape,
@@ -151,7 +153,7 @@ class RobotSdf:
             velocity,
             first_body,
             cutoff,
-            np.full(len(state.link_poses), spacing, dtype=float),
+            spacing,
             braking,
             numbers,
             indices,

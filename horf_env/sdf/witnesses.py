@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from horf_env.types import FloatArray, IntArray
 
@@ -58,9 +57,10 @@ class Witnesses:
         )
 
 
-@njit(cache=True)
 def empty_table(n_bodies: int, count: int, n_velocities: int) -> tuple[FloatArray, IntArray]:
     """Numbers (B, K, 7 + n) and indices (B, K) of no points at all."""
     numbers = np.zeros((n_bodies, count, GRADIENT + n_velocities))
     numbers[:, :, DISTANCE] = np.inf
-    return numbers, np.full((n_bodies, count), -1, dtype=np.int64)
+    indices = np.empty((n_bodies, count), dtype=np.int64)
+    indices.fill(-1)
+    return numbers, indices
