@@ -4,11 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from horf_env.control import PRESETS, control_preset
+from horf_env.control.avoidance import INACTIVE
 from horf_env.control.qp import WholeBodyQp
+from horf_env.control.reduction import ACTIVE, reduced
 from horf_env.control.reference import solve_reference
-from horf_env.control.solvers import Answer, DaqpSolver, PiqpSolver
+from horf_env.control.solvers import Answer, DaqpSolver, PiqpSolver, ReducedQp
 from horf_env.errors import SolverError, UnknownNameError
 from horf_env.robot import ARM_READY
 
@@ -80,6 +84,53 @@ def test_conflicting_obstacles_still_have_an_answer(make_tick):
     violated = {name.rsplit(" ", 1)[0] for name in solution.violated_rows}
     assert "obstacle base_link" in violated
     assert set(solution.violated_rows) <= set(solution.active_rows)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), crowded=st.floats(0.0, 1.0))
+def test_rows_that_nothing_in_the_box_reaches_do_not_change_the_answer(seed, crowded):
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(60, 9)) * rng.uniform(0.0, 1.0, (60, 1))
+    rows[rng.random(60) < 0.3] = 0.0
+    h = rng.uniform(-0.3, 6.0, 60) * (1.0 - crowded) + rng.uniform(-0.3, 0.3, 60) * crowded
+    h[~rows.any(axis=1)] = INACTIVE
+    boxes = np.concatenate([rng.uniform(-2.0, -0.1, 9), rng.uniform(0.1, 2.0, 9)])
+    J, twist, linear = rng.normal(size=(6, 9)), rng.normal(size=6), rng.normal(size=9)
+    P, c, G, lower, upper, kept = reduced(rows, h, boxes, J, twist, np.ones(9), linear, 10.0)
+    with_all = ReducedQp(
+        P,
+        c,
+        np.hstack([rows, -np.ones((60, 1))]),
+        np.concatenate([lower[:10], np.full(60, -np.inf)]),
+        np.concatenate([upper[:10], h]),
+    )
+    few, all_ = (DaqpSolver().solve(qp).x for qp in (ReducedQp(P, c, G, lower, upper), with_all))
+    np.testing.assert_allclose(few, all_, atol=1e-9)
+    room = h - rows @ np.clip(few[:9], lower[:9], upper[:9])
+    assert set(np.flatnonzero(room < ACTIVE)) <= set(kept)
+
+
+def test_the_names_are_those_of_all_rows_near_their_bounds(random_ticks):
+    qp = control_preset("default").whole_body_qp()
+    left_out = 0
+    for tick in random_ticks(40, seed=3):
+        solution, problem = qp.solve(tick), qp.problem(tick)
+        room = problem.h - problem.G[:, :9] @ solution.velocity
+        names = solution.row_names
+        assert solution.active_rows == tuple(names[i] for i in np.flatnonzero(room < ACTIVE))
+        assert solution.violated_rows == tuple(names[i] for i in np.flatnonzero(room < -ACTIVE))
+        left_out += len(names) - len(solution.rows)
+    assert left_out > 1000
+
+
+def test_a_problem_without_any_row_has_an_answer(make_tick):
+    qp = control_preset("paper").whole_body_qp()
+    qp = WholeBodyQp(qp._objective, qp._limits, qp._rows[:1])
+    tick = make_tick(QR, NO_POINTS, np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    solution = qp.solve(tick)
+    assert (solution.status, len(solution.rows), solution.active_rows) == ("solved", 0, ())
+    qp._solver = Broken()
+    np.testing.assert_allclose(qp.solve(tick).velocity, solution.velocity, atol=2e-3)
 
 
 def test_fallback_and_braking(random_ticks):
