@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from horf_env.control.objective import Terms, heading_error, scaled_weights
@@ -53,16 +54,33 @@ class PostureObjective:
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""
-        weights = scaled_weights(self.base_weight, self.arm_weight, tick.position_error)
-        change = np.full(9, self.arm_change_weight)
-        change[:2] = self.base_change_weight
-        linear = -weights * self._preferred(tick) - change * tick.velocity
-        return Terms(weights + change, linear, self.slack_weight)
+        weights, linear = _terms(
+            tick.state.configuration[3:],
+            tick.velocity,
+            scaled_weights(self.base_weight, self.arm_weight, tick.position_error),
+            (self.base_change_weight, self.arm_change_weight),
+            self.heading_gain * heading_error(tick),
+            self.posture_gain,
+        )
+        return Terms(weights, linear, self.slack_weight)
 
-    def _preferred(self, tick: ControlTick) -> FloatArray:
-        """Velocity of base and arm that nothing else asks for, shape (9,)."""
-        velocity = np.zeros(9)
-        velocity[1] = self.heading_gain * heading_error(tick)
-        back = self.posture_gain * (ARM_READY - tick.state.configuration[3:])
-        velocity[2:] = np.clip(back, -_FASTEST_RETURN, _FASTEST_RETURN)
-        return velocity
+
+@numba.njit(cache=True)
+def _terms(
+    arm: FloatArray,
+    last: FloatArray,
+    weights: FloatArray,
+    change_weights: tuple[float, float],
+    turn: float,
+    posture_gain: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Weights and linear term, both (9,), around a turn of the base and the arm's return."""
+    total, linear = np.empty(9), np.empty(9)
+    for i in range(9):
+        change, preferred = change_weights[0], turn if i == 1 else 0.0
+        if i >= 2:
+            change, back = change_weights[1], posture_gain * (ARM_READY[i - 2] - arm[i - 2])
+            preferred = min(max(back, -_FASTEST_RETURN), _FASTEST_RETURN)
+        total[i] = weights[i] + change
+        linear[i] = -weights[i] * preferred - change * last[i]
+    return total, linear

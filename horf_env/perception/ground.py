@@ -55,60 +55,60 @@ def unseen_ground(
     y: float,
     layers: np.uint64,
     grace: int,
-    steps: np.ndarray,
+    near: np.ndarray,
     out: FloatArray,
-) -> int:
-    """Write the middles of the outermost columns that are unseen and not near seen ones.
+) -> FloatArray:
+    """Middles of the outermost columns that are unseen and not near seen ones.
 
     Args:
         grid: The grid.
         x: Middle of the area to look at [m].
         y: The same.
         layers: Bits of the layers that count: a column is seen if any of them was.
-        grace: Unseen columns up to so many columns away from a seen one are passed over.
-        steps: Written: way to the nearest seen column in columns (king's moves), shape (K, K),
-            int64; its shape says how large the area is.
-        out: Written, shape (M, 2), m.
+        grace: Unseen columns up to so many columns away from a seen one (king's moves) are passed
+            over.
+        near: Work space, uint8, shape (2, K + 2, K + 2); its shape says how large the area is.
+        out: Work space, shape (M, 2), m.
 
     Returns:
-        How many were written.
+        Shape (N, 2), m.
     """
-    n, size, side, found = len(grid.seen), grid.size[0], len(steps), 0
+    n, size, side, found = len(grid.seen), grid.size[0], near.shape[1] - 2, 0
     grid_seen, occupied = grid.seen, grid.occupied
     first_x = int(np.floor(x / size)) - side // 2
     first_y = int(np.floor(y / size)) - side // 2
+    inner, outer = near[0], near[1]
     for i in range(side):
+        row = (first_x + i) & (n - 1)
         for j in range(side):
-            column = (first_x + i) & (n - 1), (first_y + j) & (n - 1)
-            seen = (grid_seen[column] | occupied[column]) & layers
-            least = 0 if seen else side
-            if not seen and i > 0:
-                least = min(least, steps[i - 1, j] + 1)
-                if j > 0:
-                    least = min(least, steps[i - 1, j - 1] + 1)
-                if j < side - 1:
-                    least = min(least, steps[i - 1, j + 1] + 1)
-            if not seen and j > 0:
-                least = min(least, steps[i, j - 1] + 1)
-            steps[i, j] = least
+            column = (first_y + j) & (n - 1)
+            inner[i + 1, j + 1] = (grid_seen[row, column] | occupied[row, column]) & layers != 0
+    for _ in range(grace):
+        _widen(inner, outer)
+        inner, outer = outer, inner
+    _widen(inner, outer)
     for i in range(side - 1, -1, -1):
         for j in range(side - 1, -1, -1):
-            least = steps[i, j]
-            if i < side - 1:
-                least = min(least, steps[i + 1, j] + 1)
-                if j > 0:
-                    least = min(least, steps[i + 1, j - 1] + 1)
-                if j < side - 1:
-                    least = min(least, steps[i + 1, j + 1] + 1)
-            if j < side - 1:
-                least = min(least, steps[i, j + 1] + 1)
-            steps[i, j] = least
-            covered = grid_seen[(first_x + i) & (n - 1), (first_y + j) & (n - 1)] & COVERED
-            if least == grace + 1 and not covered and found < len(out):
-                out[found, 0] = (first_x + i + 0.5) * size
-                out[found, 1] = (first_y + j + 0.5) * size
-                found += 1
-    return found
+            if outer[i + 1, j + 1] == inner[i + 1, j + 1] or found == len(out):
+                continue
+            if grid_seen[(first_x + i) & (n - 1), (first_y + j) & (n - 1)] & COVERED:
+                continue
+            out[found, 0] = (first_x + i + 0.5) * size
+            out[found, 1] = (first_y + j + 0.5) * size
+            found += 1
+    return out[:found].copy()
+
+
+@njit(cache=True)
+def _widen(narrow: np.ndarray, wide: np.ndarray) -> None:
+    """Mark what is marked and the eight columns around it; the border stays as it is."""
+    side = len(narrow) - 2
+    for i in range(1, side + 1):
+        for j in range(1, side + 1):
+            left = narrow[i - 1, j - 1] | narrow[i, j - 1] | narrow[i + 1, j - 1]
+            middle = narrow[i - 1, j] | narrow[i, j] | narrow[i + 1, j]
+            right = narrow[i - 1, j + 1] | narrow[i, j + 1] | narrow[i + 1, j + 1]
+            wide[i, j] = left | middle | right
 
 
 @njit(cache=True)

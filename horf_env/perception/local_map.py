@@ -77,7 +77,8 @@ class LocalMap:
         self._body_layers = np.uint64((1 << int(np.ceil(BASE_HEIGHT / settings.voxel))) - 1)
         self._points = np.empty((_MOST_POINTS, 3))
         side = 2 * int(_GROUND_RANGE / settings.voxel)
-        self._steps, self._ground = np.empty((side, side), np.int64), np.empty((side**2, 2))
+        self._near_seen = np.zeros((2, side + 2, side + 2), dtype=np.uint8)
+        self._ground = np.empty((side**2, 2))
         self._space = hidden_space(2 * round(settings.near / settings.voxel))
         self._behind = round(settings.fill_behind / settings.voxel)
         self._grace = round(settings.grace / settings.voxel)
@@ -145,11 +146,12 @@ class LocalMap:
         """See `ObstacleMemory`."""
         if not self._settings.guard_unseen_ground:
             return np.empty((0, 2))
-        x, y = T_world_base[:2, 3]
-        found = unseen_ground(
-            self._grid, x, y, self._body_layers, self._grace, self._steps, self._ground
+        x, y = T_world_base[0, 3], T_world_base[1, 3]
+        return np.asarray(
+            unseen_ground(
+                self._grid, x, y, self._body_layers, self._grace, self._near_seen, self._ground
+            )
         )
-        return self._ground[:found].copy()
 
     def seen(self, points: FloatArray) -> np.ndarray:
         """Which of the points (N, 3) [m] lie in voxels that were seen, free or not; shape (N,)."""
