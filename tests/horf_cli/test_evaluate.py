@@ -54,7 +54,7 @@ def test_table_on_stdout_progress_on_stderr_and_files(evaluate, tmp_path):
     assert set(found[0]) == {field.name for field in fields(Trial)}
     assert [(row["instance"], row["seed"]) for row in found] == [(0, 0), (1, 1)]
     assert all(row["path_length_ee"] > 0.5 for row in found)
-    assert all(0.5 < row["planning_p50"] <= row["planning_p99"] for row in found)
+    assert all(0.1 < row["planning_p50"] <= row["planning_p99"] for row in found)
     assert all(row["total_time"] > row["execution_time"] == 1.25 for row in found)
     assert all(row["jerk_ee"] > 0.0 for row in found)
     assert found[0]["reference_length"] == 5.367  # of the file of instances
