@@ -59,7 +59,7 @@ def part_distance(
     return d, gx, gy, gz
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def measure(
     shape: Shape, heights: FloatArray, body: int, local: FloatArray, distances: FloatArray
 ) -> None:

@@ -121,7 +121,7 @@ def _longest_braking_way(twist: FloatArray, box: FloatArray, braking: float) -> 
     return 0.5 * (linear + angular * np.sqrt(reach)) ** 2 / braking
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _scan(
     box: FloatArray,
     work: Work,
@@ -141,7 +141,7 @@ def _scan(
     chunk_minima(squared.view(np.int32), work.squared_minima.view(np.int32))
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _write(
     pose: FloatArray,
     jacobian: FloatArray,

@@ -17,7 +17,7 @@ from horf_env.types import FloatArray
 _WORTH = 1e-13
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def nearest_point(
     shape: Shape, work: Work, body: int, pose: FloatArray, points: FloatArray
 ) -> tuple[int, float, float, float, float]:
@@ -60,7 +60,7 @@ def nearest_point(
     return chosen, least, nx, ny, nz
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _least_distance(
     shape: Shape,
     work: Work,

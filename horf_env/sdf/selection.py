@@ -19,7 +19,7 @@ _FIRST_REACH = 0.05
 _GROWTH = 1.6
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def further_witnesses(
     shape: Shape,
     work: Work,
@@ -72,7 +72,7 @@ def _count_finite(keys: np.ndarray) -> int:
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _survivors(
     work: Work,
     pose: FloatArray,
@@ -98,7 +98,7 @@ def _survivors(
     return kept
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _raise_keys(shape: Shape, work: Work, body: int, listed: IntArray, keys: FloatArray) -> None:
     """Keys of the listed points with the lower bound of the fields instead of the box distance."""
     keys[:] = np.inf
@@ -109,7 +109,7 @@ def _raise_keys(shape: Shape, work: Work, body: int, listed: IntArray, keys: Flo
         keys[m] = work.keys[i] + max(keys[m] - np.sqrt(work.squared[i]), 0.0)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _choose(
     local: FloatArray,
     listed: IntArray,
