@@ -31,7 +31,7 @@ class QpSolution:
         row_slack: Violation shared by all avoidance rows [m/s]; 0 if all hold.
         status: "solved" by DAQP, "fallback" by PIQP, or "braking" because neither could.
         iterations: Iterations of the solver that answered.
-        room: What the avoidance rows that can matter at this tick have left [m/s]; negative where
+        room: What the avoidance rows that say anything at this tick have left [m/s]; negative where
             they are not kept.
         rows: Places of these rows in `row_names`.
         row_names: Names of all avoidance rows.

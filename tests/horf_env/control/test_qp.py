@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from horf_env.control import PRESETS, control_preset
-from horf_env.control.avoidance import INACTIVE
+from horf_env.control.avoidance import INACTIVE, silence
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.reduction import ACTIVE, reduced
 from horf_env.control.reference import solve_reference
@@ -87,13 +87,12 @@ def test_conflicting_obstacles_still_have_an_answer(make_tick):
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), crowded=st.floats(0.0, 1.0))
-def test_rows_that_nothing_in_the_box_reaches_do_not_change_the_answer(seed, crowded):
+@given(seed=st.integers(0, 2**32 - 1), silent=st.floats(0.0, 1.0))
+def test_rows_that_say_nothing_do_not_change_a_digit_of_the_answer(seed, silent):
     rng = np.random.default_rng(seed)
-    rows = rng.normal(size=(60, 9)) * rng.uniform(0.0, 1.0, (60, 1))
-    rows[rng.random(60) < 0.3] = 0.0
-    h = rng.uniform(-0.3, 6.0, 60) * (1.0 - crowded) + rng.uniform(-0.3, 0.3, 60) * crowded
-    h[~rows.any(axis=1)] = INACTIVE
+    rows, h = rng.normal(size=(60, 9)), rng.uniform(-0.3, 1.0, 60)
+    silence(rows, np.where(rng.random(60) < silent, np.inf, h))
+    h = np.where(rows.any(axis=1), h, INACTIVE)
     boxes = np.concatenate([rng.uniform(-2.0, -0.1, 9), rng.uniform(0.1, 2.0, 9)])
     J, twist, linear = rng.normal(size=(6, 9)), rng.normal(size=6), rng.normal(size=9)
     P, c, G, lower, upper, kept = reduced(rows, h, boxes, J, twist, np.ones(9), linear, 10.0)
@@ -105,9 +104,15 @@ def test_rows_that_nothing_in_the_box_reaches_do_not_change_the_answer(seed, cro
         np.concatenate([upper[:10], h]),
     )
     few, all_ = (DaqpSolver().solve(qp).x for qp in (ReducedQp(P, c, G, lower, upper), with_all))
-    np.testing.assert_allclose(few, all_, atol=1e-9)
-    room = h - rows @ np.clip(few[:9], lower[:9], upper[:9])
-    assert set(np.flatnonzero(room < ACTIVE)) <= set(kept)
+    np.testing.assert_array_equal(few, all_)
+    np.testing.assert_array_equal(kept, np.flatnonzero(rows.any(axis=1)))
+
+
+def test_a_row_that_no_velocity_can_keep_stays_in_the_problem():
+    rows, h = np.zeros((2, 9)), np.array([-0.1, INACTIVE])
+    box, linear = np.concatenate([-np.ones(9), np.ones(9)]), np.zeros(9)
+    *_, kept = reduced(rows, h, box, np.zeros((6, 9)), np.zeros(6), np.ones(9), linear, 1.0)
+    np.testing.assert_array_equal(kept, [0])
 
 
 def test_the_names_are_those_of_all_rows_near_their_bounds(random_ticks):
@@ -120,7 +125,7 @@ def test_the_names_are_those_of_all_rows_near_their_bounds(random_ticks):
         assert solution.active_rows == tuple(names[i] for i in np.flatnonzero(room < ACTIVE))
         assert solution.violated_rows == tuple(names[i] for i in np.flatnonzero(room < -ACTIVE))
         left_out += len(names) - len(solution.rows)
-    assert left_out > 1000
+    assert left_out > 500
 
 
 def test_a_problem_without_any_row_has_an_answer(make_tick):
