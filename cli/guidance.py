@@ -6,7 +6,7 @@ Not in the paper. A goal is ten metres of clutter away, and chance does not get 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -42,19 +42,25 @@ class Guided:
     successes: int
 
 
-def guide(model: OffPolicyAlgorithm, config: TrainConfig) -> Guided:
+def guide(
+    model: OffPolicyAlgorithm, config: TrainConfig, check: Callable[[], None] = lambda: None
+) -> Guided:
     """Let the oracle drive training instances and store what happens.
 
     Args:
         model: Its replay buffer is filled.
         config: The run; with one environment.
+        check: Called after each step; raises to stop.
     """
     env, rng = make_env(config.env), np.random.default_rng([config.seed, config.guided_steps])
     env.reset(seed=int(rng.integers(2**31)))  # an own stream of instances
     steps = episodes = successes = 0
     try:
         while steps < config.guided_steps:
-            infos = list(islice(_episode(model, env, rng), config.guided_steps - steps))
+            infos = []
+            for info in islice(_episode(model, env, rng), config.guided_steps - steps):
+                infos.append(info)
+                check()
             steps, episodes = steps + len(infos), episodes + 1
             successes += bool(infos[-1]["is_success"])
     finally:

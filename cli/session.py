@@ -83,7 +83,7 @@ class Session:
 
     def _attend(self, log: RunLog, clock: Clock, standing: Standing) -> None:
         config, run = self._config, self._run
-        interruption = self._stack.enter_context(Interruption())
+        self._interruption = interruption = self._stack.enter_context(Interruption())
         evaluator = Evaluator(config, run, interruption.check)
         self._stack.callback(evaluator.close)
         self._attendant = Attendant(
@@ -98,7 +98,7 @@ class Session:
         )
 
     def _guide(self, model: OffPolicyAlgorithm) -> None:
-        shown = guide(model, self._config)
+        shown = guide(model, self._config, self._interruption.check)
         self._listener.note(
             f"the oracle reached {shown.successes} of {shown.episodes} goals in {shown.steps} steps"
         )

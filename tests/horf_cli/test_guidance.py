@@ -51,6 +51,22 @@ def test_ends_that_are_no_goal_and_no_contact_are_time_outs(guided):
     assert (np.abs(buffer.rewards[:400, 0][terminal]) > 10).all()
 
 
+def test_can_be_stopped():
+    config = TrainConfig(env=ENV, steps=50, guided_steps=400)
+    envs = training_envs(config)
+    model, seen = new_model(config, envs), []
+
+    def check():
+        seen.append(1)
+        if len(seen) == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        guide(model, config, check)
+    assert model.replay_buffer.size() == 7
+    envs.close()
+
+
 @pytest.mark.parametrize("changes", [{"algo": "ppo"}, {"n_envs": 2}])
 def test_needs_a_buffer_and_one_environment(changes):
     config = TrainConfig(env=ENV, steps=50, guided_steps=10, **changes)
