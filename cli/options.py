@@ -25,7 +25,7 @@ def listed(text: str) -> list[str]:
 
 
 SCENE = typer.Option(
-    help="aisle, room, forest, doorway, or the path of a scene file (JSON).",
+    help="aisle, room, forest, doorway, mixed (all four), or the path of a scene file (JSON).",
     autocompletion=complete_scenes,
     rich_help_panel=EXPERIMENT,
 )

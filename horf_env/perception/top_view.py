@@ -52,16 +52,20 @@ def _draw(
 ) -> None:
     x, y = T_world_base[0, 3], T_world_base[1, 3]
     c, s = T_world_base[0, 0] / CELL, T_world_base[1, 0] / CELL
-    middle = CELLS // 2
     for k in range(len(points)):
         dx, dy = points[k, 0] - x, points[k, 1] - y
-        i = int(np.floor(c * dx + s * dy)) + middle
-        j = int(np.floor(c * dy - s * dx)) + middle
+        i, j = _cell(dx, dy, c, s)
         if 0 <= i < CELLS and 0 <= j < CELLS:
             image[0 if points[k, 2] < base_height else 1, i, j] = _MARK
     for k in range(len(unseen)):
         dx, dy = unseen[k, 0] - x, unseen[k, 1] - y
-        i = int(np.floor(c * dx + s * dy)) + middle
-        j = int(np.floor(c * dy - s * dx)) + middle
+        i, j = _cell(dx, dy, c, s)
         if 0 <= i < CELLS and 0 <= j < CELLS:
             image[2, i, j] = _MARK
+
+
+@numba.njit(cache=True)
+def _cell(dx: float, dy: float, c: float, s: float) -> tuple[int, int]:
+    """Cell of an offset from the base [m]; c and s are its direction over the edge of a cell."""
+    i, j = int(np.floor(c * dx + s * dy)), int(np.floor(c * dy - s * dx))
+    return i + CELLS // 2, j + CELLS // 2
