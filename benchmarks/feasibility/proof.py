@@ -15,7 +15,6 @@ from itertools import islice
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from feasibility.inverse_kinematics import arm_ik
 from feasibility.motion import MIN_CLEARANCE, clearance, is_clear, whole_motion
 from feasibility.planning import Space, densify, length, rrt_connect
 from feasibility.tucked import (
@@ -26,6 +25,7 @@ from feasibility.tucked import (
     forbidden_areas,
     tucked_sizes,
 )
+from horf_env.planners.inverse_kinematics import arm_ik
 from horf_env.robot import MobileManipulator
 from horf_env.robot.limits import ARM_LOWER, ARM_READY, ARM_UPPER
 from horf_env.scenes.scene import Scene

@@ -1,17 +1,21 @@
 """Reference that knows the scene: drives the shortest way, then reaches along the approach.
 
+Where it gets no further it backs off and tries another way or another place to stand.
+
 No competitor of the methods, which see what the camera has shown: it tells how much of a task the
 action layer can do if somebody knows the way, and it gives demonstrations for training.
 """
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from typing import Literal, Protocol, cast
 
 import gymnasium as gym
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from horf_env.control import deviation, servo_twist
+from horf_env.planners.patience import Patience
 from horf_env.planners.route import Route
 from horf_env.records import StepRecord
 from horf_env.robot import LimitsProfile, RobotState
@@ -21,11 +25,21 @@ from horf_env.types import FloatArray
 _LOOK_AHEAD, _ARRIVED, _FACING = 0.8, 0.2, 0.15  # m of way, m of way, rad
 _LEAVE = 1.6  # m from the goal; farther away it drives again
 _CARRIED = np.array([0.55, 0.0, 0.85])  # m; where the gripper is held while driving, in base axes
+_CARRIED_AXES = np.diag([1.0, -1.0, -1.0])  # the gripper points down, as in the ready pose
+_CARRY_TURN_GAIN, _CARRY_TURN = 2.0, 1.0  # 1/s, rad/s
 _CARRY_GAIN, _TURN_GAIN, _FASTEST_TURN = 1.5, 2.0, 1.2  # 1/s, 1/s, rad/s
-_SLOWEST, _FASTEST, _SPEED_GAIN, _TIGHT = 0.3, 1.2, 1.2, 0.4  # m/s, m/s, 1/s, m of clearance
-# The gripper first goes to a place this far before the goal [m], and on once it is in line.
-_BEFORE, _IN_LINE, _TURNED, _OUT_OF_LINE = 0.25, 0.04, 0.15, 0.12  # m, m, rad, m
+_SLOWEST, _FASTEST, _SPEED_GAIN, _TIGHT = 0.5, 1.5, 1.5, 0.4  # m/s, m/s, 1/s, m of clearance
+# The gripper goes to a place on the line of approach, the farther before the goal the less it is in
+# line and turned: a funnel.
+_BEFORE, _PER_BESIDE, _PER_TURN, _IN_LINE = 0.25, 4.0, 0.5, 0.02  # m, m/m, m/rad, m
 _REACH_SPEED = 0.6  # m/s
+_PATIENCE = 50  # steps
+_BLOCKED = 0.3  # m of way ahead; what is taken for blocked where driving gets no further
+
+Stage = Literal["drive", "turn", "reach", "back"]
+_WITHOUT_END: dict[Stage, Stage] = {"turn": "reach", "back": "drive"}
+"""Stages that end when they get no further, and what follows."""
+_BACK_STEPS, _BACK_SPEED = 30, 0.4  # m/s
 
 
 class KnownEnv(Protocol):
@@ -44,14 +58,15 @@ class OraclePlanner:
 
     def __init__(self) -> None:
         self._env: KnownEnv | None = None
+        self._stage: Stage = "drive"
 
     def reset(self, env: gym.Env[dict[str, np.ndarray], FloatArray]) -> None:
         """See `Planner`."""
         self._env = cast(KnownEnv, env.unwrapped)
-        self._route = Route(self._env.scene)
         self._goal = self._env.T_world_goal
+        self._route = Route(self._env.scene, self._goal)
         self._scale = self._env.limits.twist_scale
-        self._stage = "drive"
+        self._stage, self._patience = "drive", Patience(_PATIENCE)
 
     def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
         """See `Planner`.
@@ -59,56 +74,117 @@ class OraclePlanner:
         Raises:
             RuntimeError: If `reset` was not called.
         """
+        return self._action(patient=True)
+
+    def advise(self) -> FloatArray:
+        """What it would do now, while somebody else drives: it does not lose patience.
+
+        Raises:
+            RuntimeError: If `reset` was not called.
+        """
+        return self._action(patient=False)
+
+    def _action(self, *, patient: bool) -> FloatArray:
         if self._env is None:
             raise RuntimeError("call reset(env) before act(observation)")
         state = self._env.record.state
+        if self._stage == "back" or patient:
+            self._lose_patience(state)
         target, length = self._route.ahead(state.T_world_base[:2, 3], _LOOK_AHEAD)
         self._change_stage(state, length)
+        return np.clip(self._twist(state, target) / self._scale, -1.0, 1.0)
+
+    def _twist(self, state: RobotState, target: FloatArray) -> FloatArray:
         if self._stage == "drive":
-            twist = self._drive(state, target, _FASTEST)
-        elif self._stage == "turn":
-            twist = self._drive(state, self._goal[:2, 3], 0.0)
-        else:
-            twist = self._reach(state)
-        return np.clip(twist / self._scale, -1.0, 1.0)
+            return self._drive(state, target, _FASTEST)
+        if self._stage == "turn":
+            return self._drive(state, self._goal[:2, 3], 0.0)
+        if self._stage == "back":
+            return self._carried(state, -_BACK_SPEED, 0.0)
+        return self._reach(state)
 
     def _change_stage(self, state: RobotState, length: float) -> None:
-        """Drive until the way ends, face the goal, get in line, approach; back if that fails."""
-        offset = self._goal[:3, 3] - state.T_world_ee[:3, 3]
-        axis = self._goal[:3, 2]
-        beside = float(np.linalg.norm(offset - (offset @ axis) * axis))
-        turn = np.linalg.norm(deviation(state.T_world_ee, self._goal, np.eye(3))[3:])
+        """Drive until the way ends, face the goal, reach."""
+        if self._stage == "back":
+            return
         if np.linalg.norm(self._goal[:2, 3] - state.T_world_base[:2, 3]) > _LEAVE:
-            self._stage = "drive"
+            self._begin("drive")
         elif self._stage == "drive" and length < _ARRIVED:
-            self._stage = "turn"
-        if self._stage == "turn" and abs(_bearing(state, self._goal[:2, 3])) < _FACING:
-            self._stage = "align"
-        if self._stage == "align" and beside < _IN_LINE and turn < _TURNED:
-            self._stage = "approach"
-        elif self._stage == "approach" and beside > _OUT_OF_LINE:
-            self._stage = "align"
+            self._begin("turn")
+        elif self._stage == "turn" and abs(_bearing(state, self._goal[:2, 3])) < _FACING:
+            self._begin("reach")
+
+    def _lose_patience(self, state: RobotState) -> None:
+        """Where a stage gets no further: reach without turning, or back off and try elsewhere."""
+        if not self._patience.exhausted(self._to_go(state)):
+            return
+        if self._stage in _WITHOUT_END:
+            self._begin(_WITHOUT_END[self._stage])
+            return
+        base = state.T_world_base[:2, 3]
+        blocked = self._route.ahead(base, _BLOCKED)[0] if self._stage == "drive" else base
+        self._route.discourage(blocked)
+        self._begin("back")
+
+    def _begin(self, stage: Stage) -> None:
+        if stage != self._stage:
+            self._stage = stage
+            self._patience = Patience(_BACK_STEPS if stage == "back" else _PATIENCE)
+
+    def _to_go(self, state: RobotState) -> float:
+        """What the present stage still has to do: m of way, rad of turn, or both of the gripper."""
+        if self._stage == "back":
+            return 0.0
+        if self._stage == "drive":
+            return self._route.cost(state.T_world_base[:2, 3])
+        if self._stage == "turn":
+            return abs(_bearing(state, self._goal[:2, 3]))
+        error = deviation(state.T_world_ee, self._goal, np.eye(3))
+        return float(np.linalg.norm(error[:3]) + np.linalg.norm(error[3:]))
 
     def _drive(self, state: RobotState, target: FloatArray, fastest: float) -> FloatArray:
         """Twist of a gripper that is carried by a base which goes to a point (2,) [m]."""
-        R, base = state.T_world_base[:3, :3], state.T_world_base[:3, 3]
         bearing = _bearing(state, target)
-        gripper = R.T @ (state.T_world_ee[:3, 3] - base)
-        room = self._route.clearance(base[:2]) - _TIGHT
+        room = self._route.clearance(state.T_world_base[:2, 3]) - _TIGHT
         speed = min(fastest, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * room))
         speed *= max(0.0, np.cos(bearing)) ** 4  # turn first
         turn = np.clip(_TURN_GAIN * bearing, -_FASTEST_TURN, _FASTEST_TURN)
+        return self._carried(state, speed, float(turn))
+
+    def _carried(self, state: RobotState, speed: float, turn: float) -> FloatArray:
+        """Twist of the gripper while the base drives [m/s] and turns [rad/s]."""
+        R, base = state.T_world_base[:3, :3], state.T_world_base[:3, 3]
+        gripper = R.T @ (state.T_world_ee[:3, 3] - base)
         twist = np.zeros(6)
         twist[:3] = _CARRY_GAIN * (_CARRIED - gripper)
         twist[:2] += [speed - turn * gripper[1], turn * gripper[0]]
-        twist[5] = turn
+        wanted = np.eye(4)
+        wanted[:3, :3] = self._carried_orientation(state)
+        error = deviation(state.T_world_ee, wanted, R)
+        twist[3:] = np.clip(_CARRY_TURN_GAIN * error[3:], -_CARRY_TURN, _CARRY_TURN)
+        twist[5] += turn
         return twist
 
+    def _carried_orientation(self, state: RobotState) -> FloatArray:
+        """Axes of the gripper in the world, shape (3, 3), while it is carried.
+
+        Such that it is as the goal wants it once the base faces the goal.
+        """
+        R, goal = state.T_world_base[:3, :3], self._goal
+        away = goal[:2, 3] - state.T_world_base[:2, 3]
+        if self._stage != "turn":
+            return np.asarray(R @ _CARRIED_AXES)
+        facing = Rotation.from_euler("z", np.arctan2(away[1], away[0])).as_matrix()
+        return np.asarray(R @ facing.T @ goal[:3, :3])
+
     def _reach(self, state: RobotState) -> FloatArray:
-        """Twist towards the goal, or towards the place before it."""
-        target = self._goal.copy()
-        if self._stage == "align":
-            target[:3, 3] -= _BEFORE * target[:3, 2]
+        """Twist towards the goal through the funnel before it."""
+        target, axis = self._goal.copy(), self._goal[:3, 2]
+        offset = target[:3, 3] - state.T_world_ee[:3, 3]
+        beside = float(np.linalg.norm(offset - (offset @ axis) * axis))
+        turn = float(np.linalg.norm(deviation(state.T_world_ee, target, np.eye(3))[3:]))
+        before = _PER_BESIDE * max(beside - _IN_LINE, 0.0) + _PER_TURN * turn
+        target[:3, 3] -= min(before, _BEFORE) * axis
         error = deviation(state.T_world_ee, target, state.T_world_base[:3, :3])
         twist = servo_twist(error, self._scale)
         speed = np.linalg.norm(twist[:3])

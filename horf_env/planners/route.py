@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial.transform import Rotation
 
+from horf_env.planners.reachability import joint_margin
 from horf_env.robot.footprint import BASE_HEIGHT
 from horf_env.scenes.distance import outline_distance
 from horf_env.scenes.scene import Box, Cylinder, Scene
@@ -22,36 +22,36 @@ _ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm in its ready pose
 _CLEARANCES = ((0.40, 0.30), (0.38, 0.15), (0.36, 0.0))
 # Below this distance [m] a way costs up to seven times as much, so that it keeps to the middle.
 _COMFORT, _NARROW_COST = 0.75, 6.0
-# Where the base may stand for the last reach: distance from the goal [m], and how far beside the
-# line of approach if that is level.
-_STAND_UPRIGHT, _STAND_LEVEL, _BESIDE = (0.55, 0.75, 0.95), (0.6, 0.9, 1.3), 0.5
+# Where the base may stand for the last reach: joint margins [rad], and m of way for each rad less.
+_LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
 _STAND_CLEARANCE = 0.38  # m
-_STAND_COST = 2.0  # m of way for each m off the best place
+_AROUND, _DISCOURAGED_COST = 0.35, 3.0  # m, and m of way for each m or to stand there
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 class Route:
     """Ways to the goal from everywhere in a scene."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, goal: FloatArray) -> None:
         """Plan.
 
         Args:
             scene: The scene, known as it is.
+            goal: Pose of the goal in the world, shape (4, 4).
         """
-        self._goal = np.array(scene.goal.position[:2])
-        self._approach = Rotation.from_quat(scene.goal.quaternion_xyzw).as_matrix()[:2, 2]
+        self._goal = goal
         middles = [b.center[:2] for b in scene.boxes]
-        marks = np.array([self._goal, scene.start.base[:2], *middles])
+        marks = np.array([goal[:2, 3], scene.start.base[:2], *middles])
         self._lower = marks.min(axis=0) - _BORDER
         self._shape = tuple(np.ceil((np.ptp(marks, axis=0) + 2 * _BORDER) / _CELL).astype(int))
         ij = np.stack(np.meshgrid(*map(np.arange, self._shape), indexing="ij"), axis=-1)
         self._points = self._lower + _CELL * ij.reshape(-1, 2)
         self._base = _gaps(scene, self._points, 0.0, BASE_HEIGHT + 0.05)
         self._arm = _gaps(scene, self._points, BASE_HEIGHT + 0.05, _ARM_HEIGHT)
+        self._discouraged = np.zeros(len(self._points))
         for base, arm in _CLEARANCES:
-            free = (self._base > base) & (self._arm > arm)
-            self._length, self._next = self._search(free)
+            self._free = (self._base > base) & (self._arm > arm)
+            self._length, self._next = self._search()
             if np.isfinite(self._length[self._cell(scene.start.base[:2])]):
                 break
 
@@ -59,6 +59,16 @@ class Route:
         """Least distance of a base centre to what base or arm could hit, seen from above [m]."""
         cell = self._cell(position)
         return float(min(self._base[cell], self._arm[cell]))
+
+    def cost(self, position: FloatArray) -> float:
+        """Of the way to the goal: m, more where it is narrow; inf off the way."""
+        return float(self._length[self._cell(position)])
+
+    def discourage(self, position: FloatArray) -> None:
+        """Prefer ways and places to stand that are not near a place (2,) [m]."""
+        near = np.linalg.norm(self._points - position, axis=1) < _AROUND
+        self._discouraged += np.where(near, _DISCOURAGED_COST, 0.0)
+        self._length, self._next = self._search()
 
     def ahead(self, position: FloatArray, distance: float) -> tuple[FloatArray, float]:
         """Point on the way.
@@ -82,15 +92,16 @@ class Route:
         point: FloatArray = self._points[cell]
         return point, length
 
-    def _search(self, free: np.ndarray) -> tuple[FloatArray, np.ndarray]:
+    def _search(self) -> tuple[FloatArray, np.ndarray]:
         """Cost of the way from each cell, and the next cell on it (one past the end at its end)."""
         n = len(self._points)
         stand = self._standing_cost()
         ends = np.flatnonzero(np.isfinite(stand))
-        a, b = self._edges(free | np.isfinite(stand))
+        a, b = self._edges(self._free | np.isfinite(stand))
         gap = np.minimum(self._base, self._arm + 0.05)
         step = np.linalg.norm(self._points[a] - self._points[b], axis=1)
         cost = step * (1 + _NARROW_COST * np.clip(1 - 0.5 * (gap[a] + gap[b]) / _COMFORT, 0, None))
+        cost += step * 0.5 * (self._discouraged[a] + self._discouraged[b])
         # A last node behind all places to stand makes it one search. Zero weights are no edges.
         rows, columns = np.append(a, ends), np.append(b, np.full(len(ends), n))
         weights = np.append(cost, stand[ends] + 1e-6)
@@ -114,17 +125,9 @@ class Route:
 
     def _standing_cost(self) -> FloatArray:
         """How good each cell is to stand at for the last reach; inf where it is not."""
-        offset = self._goal - self._points
-        level = np.linalg.norm(self._approach)
-        if level > 0.5:  # from behind the gripper
-            along = offset @ (self._approach / level)
-            beside = np.abs(offset @ np.array([-self._approach[1], self._approach[0]]) / level)
-            near, best, far = _STAND_LEVEL
-        else:
-            along, beside = np.linalg.norm(offset, axis=1), np.zeros(len(offset))
-            near, best, far = _STAND_UPRIGHT
-        good = (along > near) & (along < far) & (beside < _BESIDE) & (self._base > _STAND_CLEARANCE)
-        cost = _STAND_COST * (np.abs(along - best) + beside)
+        margin = joint_margin(self._goal, self._points)
+        good = (margin > _LEAST_MARGIN) & (self._base > _STAND_CLEARANCE)
+        cost = _STAND_COST * np.maximum(_ENOUGH_MARGIN - margin, 0.0) + self._discouraged
         return np.where(good, cost, np.inf)
 
     def _cell(self, position: FloatArray | tuple[float, ...]) -> int:

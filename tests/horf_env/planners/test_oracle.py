@@ -8,9 +8,10 @@ import horf_env  # noqa: F401  registers the environment
 from horf_env.planners import PLANNERS, OraclePlanner
 
 
-def drive(env, steps=1000):
+def drive(env, steps=1000, instance=0):
     planner = OraclePlanner()
-    observation, info = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    options = {"instance": instance, "split": "validation"}
+    observation, info = env.reset(seed=0, options=options)
     planner.reset(env)
     for _ in range(steps):
         action = planner.act(observation)
@@ -28,6 +29,34 @@ def test_reaches_a_goal_that_the_servo_does_not():
     env.close()
     assert info["is_success"]
     assert not info["is_collision"]
+
+
+def test_reaches_under_a_table_top_from_the_side():
+    env = gym.make("horf/Reach-v0", scene="room", perception="full")
+    info = drive(env, instance=3)
+    env.close()
+    assert info["is_success"]
+
+
+def test_advice_does_not_wait():
+    env = gym.make("horf/Reach-v0", scene="forest", perception="full")
+    planner = OraclePlanner()
+    env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    planner.reset(env)
+    advice = [planner.advise() for _ in range(200)]  # nobody moves
+    env.close()
+    np.testing.assert_array_equal(advice, advice[:1] * 200)
+
+
+def test_backs_off_where_it_gets_no_further():
+    env = gym.make("horf/Reach-v0", scene="forest", perception="full")
+    planner = OraclePlanner()
+    observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    planner.reset(env)
+    ahead = [planner.act(observation)[0] for _ in range(60)]  # as if it were held
+    env.close()
+    assert ahead[0] >= 0.0
+    assert min(ahead) < -0.1
 
 
 def test_is_a_planner_by_name():

@@ -1,0 +1,78 @@
+"""Where the base may stand so that the arm reaches a goal.
+
+The hand is held such that the arm cannot reach straight ahead to a level goal at the height of its
+shoulder; it can from the side.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+from scipy.spatial.transform import Rotation
+
+from horf_env.planners.inverse_kinematics import arm_ik
+from horf_env.robot import ARM_READY, MobileManipulator
+from horf_env.robot.limits import ARM_LOWER, ARM_UPPER
+from horf_env.types import FloatArray
+
+_DISTANCES = np.array([0.45, 0.6, 0.75, 0.9, 1.05, 1.2])  # m
+_DIRECTIONS = np.radians(np.arange(-180.0, 181.0, 30.0))
+_LEVEL_AXES = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # of the gripper
+_SEEDS = 8
+_HEIGHT_STEP, _TILT_STEP = 0.05, 0.1  # m, rad; goals that are more alike share a map
+
+
+def joint_margin(goal: FloatArray, places: FloatArray) -> FloatArray:
+    """How far the arm's joints can stay from their limits if the base faces the goal from a place.
+
+    Args:
+        goal: Pose of the goal in the world, shape (4, 4).
+        places: Centres of the base, shape (N, 2), m.
+
+    Returns:
+        Shape (N,), rad; negative where no pose of the arm was found.
+    """
+    axis, offset = goal[:3, 2], goal[:2, 3] - places
+    tilt = float(np.arctan2(-axis[2], np.hypot(axis[0], axis[1])))
+    turned = np.arctan2(goal[0, 1], -goal[1, 1])  # the y axis of goals is level
+    direction = np.arctan2(offset[:, 1], offset[:, 0]) - turned
+    direction = np.arctan2(np.sin(direction), np.cos(direction))
+    margins = _margins(round(goal[2, 3] / _HEIGHT_STEP), round(tilt / _TILT_STEP))
+    lookup = RegularGridInterpolator(
+        (_DISTANCES, _DIRECTIONS), margins, bounds_error=False, fill_value=-1.0
+    )
+    found: FloatArray = lookup(np.stack([np.linalg.norm(offset, axis=1), direction], axis=1))
+    return found
+
+
+@lru_cache(maxsize=256)
+def _margins(height_steps: int, tilt_steps: int) -> FloatArray:
+    """Margins by distance and direction; see `_HEIGHT_STEP` and `_TILT_STEP`."""
+    robot, rng = MobileManipulator.load(), np.random.default_rng(0)
+    goal = np.eye(4)
+    tilt = Rotation.from_euler("y", tilt_steps * _TILT_STEP).as_matrix()
+    goal[:3, :3] = tilt @ _LEVEL_AXES
+    margins = np.empty((len(_DISTANCES), len(_DIRECTIONS)))
+    for j, direction in enumerate(_DIRECTIONS):
+        for i, distance in enumerate(_DISTANCES):
+            goal[:3, 3] = [
+                distance * np.cos(direction),
+                distance * np.sin(direction),
+                height_steps * _HEIGHT_STEP,
+            ]
+            margins[i, j] = _margin(robot, np.array([0.0, 0.0, direction]), goal, rng)
+    return margins
+
+
+def _margin(
+    robot: MobileManipulator, base: FloatArray, goal: FloatArray, rng: np.random.Generator
+) -> float:
+    best = -1.0
+    for k in range(_SEEDS):
+        seed = rng.uniform(ARM_LOWER, ARM_UPPER) if k else ARM_READY
+        arm = arm_ik(robot, base, goal, seed)
+        if arm is not None:
+            best = max(best, float(min((arm - ARM_LOWER).min(), (ARM_UPPER - arm).min())))
+    return best
