@@ -93,6 +93,7 @@ class Algorithm(BaseModel):
         import_path: "module:Class".
         kind: Which shared arguments it takes.
         action_noise: Standard deviation of Gaussian noise on actions; 0 for none.
+        is_taught: Whether it learns from what the oracle would do.
         settings: Its own arguments, before those that it shares.
     """
 
@@ -101,6 +102,7 @@ class Algorithm(BaseModel):
     import_path: str = Field(alias="class")
     kind: Literal["off_policy", "on_policy"]
     action_noise: float = Field(default=0.0, ge=0)
+    is_taught: bool = False
     settings: dict[str, Setting] = Field(default_factory=dict)
 
     @property

@@ -11,6 +11,7 @@ from stable_baselines3.common.type_aliases import GymEnv
 
 from sb3_bayes_dsac.common.buffers import FrameStackReplayBuffer
 from sb3_bayes_dsac.common.encoders import DepthEncoder
+from sb3_bayes_dsac.common.taught_buffer import TaughtReplayBuffer
 
 from .algorithms import catalogue
 from .config import TrainConfig
@@ -31,7 +32,8 @@ def new_model(config: TrainConfig, env: GymEnv) -> BaseAlgorithm:
     algorithm, networks = catalogue().algorithm(config.algo), catalogue().networks
     extra: dict[str, Any] = {}
     if algorithm.kind == "off_policy":
-        extra["replay_buffer_class"] = FrameStackReplayBuffer
+        taught = algorithm.is_taught
+        extra["replay_buffer_class"] = TaughtReplayBuffer if taught else FrameStackReplayBuffer
         # The map is an image, but no stack of frames.
         extra["replay_buffer_kwargs"] = {"stacked_keys": ["depth"]}
     if algorithm.action_noise:

@@ -15,10 +15,12 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
+from .algorithms import catalogue
 from .config import TrainConfig
 from .environments import Env, make_env
 from .exit_codes import CliError
 from .hand_over import HandOver
+from .lesson import Lesson
 
 
 class EpisodeNotReproducedError(CliError):
@@ -161,6 +163,8 @@ def training_envs(config: TrainConfig) -> TimedEnvs:
 
 def _make(config: TrainConfig) -> Env:
     env = make_env(config.env)
+    if catalogue().algorithm(config.algo).is_taught:
+        env = Lesson(env)
     if config.hand_over:
         env = HandOver(env, config.hand_over)
     return RepeatableEpisode(Monitor(env))

@@ -6,7 +6,8 @@ Example:
 """
 
 from sb3_bayes_dsac.bayes_dsac import BayesDSAC
+from sb3_bayes_dsac.dagger import DAgger
 from sb3_bayes_dsac.dsac_t import DSACT
 from sb3_bayes_dsac.redq import REDQ
 
-__all__ = ["DSACT", "REDQ", "BayesDSAC"]
+__all__ = ["DSACT", "REDQ", "BayesDSAC", "DAgger"]

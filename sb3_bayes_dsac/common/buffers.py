@@ -138,7 +138,12 @@ class FrameStackReplayBuffer(DictReplayBuffer):
     ) -> DictReplayBufferSamples:
         """Transitions of some rows, of environments drawn at random as the base class does."""
         envs = np.random.randint(0, high=self.n_envs, size=(len(batch_inds),))
-        at = batch_inds, envs
+        return self._samples_at((batch_inds, envs), env)
+
+    def _samples_at(
+        self, at: tuple[NDArray[np.int64], NDArray[np.int64]], env: VecNormalize | None
+    ) -> DictReplayBufferSamples:
+        """Transitions of some rows and environments."""
         windows = {key: store.windows(*at) for key, store in self._stores.items()}
         obs = {key: stacks[:, :-1] for key, stacks in windows.items()}
         obs |= {key: part[at] for key, part in self.observations.items()}
