@@ -121,15 +121,22 @@ class TrainConfig(BaseModel):
             SceneFileError: If the scene file cannot be used.
             InstanceIndexError: If there are fewer validation instances than episodes.
         """
+        from horf_env.planners import OraclePlanner
         from horf_env.scenes import validation_instance
         from horf_env.scenes.source import family_instance
 
         self.env.check()
         arguments = self.arguments()
         entry = catalogue().algorithm(self.algo)
-        if self.guided_steps and (entry.kind != "off_policy" or self.n_envs > 1):
+        asks_oracle = entry.is_taught or self.guided_steps or self.hand_over
+        if asks_oracle and self.env.action_layer != OraclePlanner.action_layer:
+            cure = f"the oracle that shows how needs {OraclePlanner.action_layer}"
+            raise SettingError("env.action_layer", cure)
+        plain = entry.kind == "off_policy" and not entry.is_taught
+        if self.guided_steps and (not plain or self.n_envs > 1):
             raise SettingError(
-                "guided_steps", "needs a replay buffer and one environment; leave it out"
+                "guided_steps",
+                "needs a replay buffer, no other teacher and one environment; leave it out",
             )
         last = max(self.protocol.episodes, self.protocol.final_episodes) - 1
         if self.layer_norm and not entry.has_ensemble:

@@ -21,7 +21,7 @@ def _complete_algorithms(incomplete: str) -> list[str]:
 Algo = Annotated[
     str | None,
     typer.Option(
-        help="bayes_dsac, dsac_t, sac, td3, redq, tqc or ppo.",
+        help="bayes_dsac, dsac_t, sac, td3, redq, tqc, ppo or dagger.",
         show_default="bayes_dsac",
         autocompletion=_complete_algorithms,
         rich_help_panel=EXPERIMENT,
