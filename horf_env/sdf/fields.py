@@ -75,29 +75,29 @@ def build_fields(geometry: BodyGeometry) -> Fields:
     frames = grid_frames(geometry)
     nodes = np.empty((row_count(frames), 4), dtype=np.float32)
     near_faces = np.empty(row_count(frames[~mesh_grids(geometry)]), dtype=np.int32)
-    heights = np.empty(len(geometry.faces))
-    g = geometry
-    for part, mesh in enumerate(g.meshes):
-        grids = frames[part * LEVELS : (part + 1) * LEVELS]
+    fields = Fields(nodes, near_faces, frames)
+    for part, mesh in enumerate(geometry.meshes):
         if mesh is None:
-            start, stop = g.part_start[part : part + 2]
-            for frame in grids:
-                rows = grid_rows(frame)
-                _fill(
-                    nodes[rows],
-                    near_faces[rows],
-                    frame,
-                    g.planes,
-                    g.faces,
-                    g.links,
-                    heights,
-                    start,
-                    stop,
-                )
+            _fill_convex(fields, geometry, part)
         else:
-            for frame, exact in zip(grids, mesh_nodes(grids, mesh), strict=True):
-                unpack(*pack(exact), nodes[grid_rows(frame)])  # as the next one reads them
-    return Fields(nodes, near_faces, frames)
+            _fill_mesh(fields, mesh, part)
+    return fields
+
+
+def _fill_convex(fields: Fields, geometry: BodyGeometry, part: int) -> None:
+    g = geometry
+    heights = np.empty(len(g.faces))
+    start, stop = g.part_start[part : part + 2]
+    for frame in fields.frames[part * LEVELS : (part + 1) * LEVELS]:
+        rows = grid_rows(frame)
+        nodes, near_faces = fields.nodes[rows], fields.near_faces[rows]
+        _fill(nodes, near_faces, frame, g.planes, g.faces, g.links, heights, start, stop)
+
+
+def _fill_mesh(fields: Fields, mesh: MeshPart, part: int) -> None:
+    frames = fields.frames[part * LEVELS : (part + 1) * LEVELS]
+    for frame, nodes in zip(frames, mesh_nodes(frames, mesh), strict=True):
+        unpack(*pack(nodes), fields.nodes[grid_rows(frame)])  # rounded, as they are read back
 
 
 def grid_frames(geometry: BodyGeometry) -> FloatArray:
