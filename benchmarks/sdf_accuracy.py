@@ -132,6 +132,7 @@ def measure(count: int, states: int, seed: int) -> dict[str, Any]:
     sdf = RobotSdf.load(robot)  # compiles the kernels, too
     _, hull_costs = field_costs(body_geometry(hulls))
     geometry = body_geometry(visuals)
+    build_fields(body_geometry([visuals[0][-1:]]))  # a small mesh; compiles, too
     fields, visual_costs = field_costs(geometry)
     return {
         "hull": hull_errors(sdf, hulls, count, seed),

@@ -14,7 +14,7 @@ from horf_env.simulation.loading import RobotFile, connect
 from horf_env.simulation.robot_body import RobotBody
 from horf_env.types import FloatArray
 
-MESH_MARGIN = 1e-3  # m; by this PyBullet grows the hull of a mesh, and no box or cylinder
+_MARGIN = 1e-3  # m; by this PyBullet grows the hull of a mesh
 _SPHERE = 1e-4  # m; radius of the probe
 _RANGE = 1.0  # m; PyBullet is asked for no larger distance
 
@@ -63,7 +63,7 @@ class ClosestPoints:
         self._file.close()
 
     def distance(self, body: int, points: FloatArray) -> FloatArray:
-        """Distances less the margin of meshes, shape (N,), m; inf beyond `_RANGE`."""
+        """Distances with the margin taken away, shape (N,), m; inf beyond `_RANGE`."""
         T = self._poses[body]
         world = (points @ T[:3, :3].T + T[:3, 3]).tolist()
         least = np.full(len(points), np.inf)
@@ -74,10 +74,6 @@ class ClosestPoints:
         return least
 
     def _link_distance(self, link: int, points: list[list[float]]) -> FloatArray:
-        ((_, _, kind, *_),) = pybullet.getCollisionShapeData(
-            self._robot.body, link, physicsClientId=self._client
-        )
-        grown = _SPHERE + (MESH_MARGIN if kind == pybullet.GEOM_MESH else 0.0)
         query = {
             "bodyA": self._robot.body,
             "linkIndexA": link,
@@ -89,4 +85,5 @@ class ClosestPoints:
         contacts = (
             pybullet.getClosestPoints(collisionShapePositionB=point, **query) for point in points
         )
-        return np.array([min((c[8] for c in near), default=np.inf) for near in contacts]) + grown
+        grown = [min((c[8] for c in near), default=np.inf) for near in contacts]
+        return np.array(grown) + _SPHERE + _MARGIN

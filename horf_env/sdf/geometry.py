@@ -55,7 +55,7 @@ def body_geometry(bodies: Sequence[Sequence[Part]]) -> BodyGeometry:
     vertices = [np.concatenate([part.vertices for part in body]) for body in bodies]
     return BodyGeometry(
         planes=_planes(triangles),
-        faces=_faces(triangles),
+        faces=face_rows(triangles),
         links=_links(indices),
         part_start=_starts([len(f) for f in faces]),
         body_start=_starts([len(body) for body in bodies]),
@@ -83,7 +83,8 @@ def _planes(triangles: FloatArray) -> FloatArray:
     return np.ascontiguousarray(np.column_stack([normals, offsets]).T)
 
 
-def _faces(triangles: FloatArray) -> FloatArray:
+def face_rows(triangles: FloatArray) -> FloatArray:
+    """What distances to triangles (F, 3, 3) are computed from; see `BodyGeometry.faces`."""
     a, b, c = triangles.transpose(1, 0, 2)
     ab, ac = b - a, c - a
     products = [np.einsum("fi,fi->f", u, v) for u, v in ((ab, ab), (ab, ac), (ac, ac))]

@@ -1,8 +1,13 @@
 """Distance to a part of any shape from its grids, compiled.
 
-Half-gradient Hermite interpolation: each corner of a cell predicts the distance from its value and
-half of its gradient, d = sum_i w_i (d_i + g_i . (p - x_i) / 2) with trilinear weights w_i. Its
-error falls with the third power of the cell, and its derivative is known in closed form.
+Hermite interpolation: trilinear, and along each axis of the cell the cubic that meets distances and
+slopes at its ends (Adini's element). It is exact for polynomials of third degree, continuous, and
+its derivative is known in closed form. A corner that is p, q and r cells away along the axes, with
+its trilinear weight w, adds w times its prediction
+
+    d (1 + c(p) + c(q) + c(r)) + nx p (1 - p) + ny q (1 - q) + nz r (1 - r),  c(p) = p (1 - 2 p)
+
+where n is the gradient at the corner a cell, towards the inside of the cell.
 """
 
 from __future__ import annotations
@@ -61,17 +66,21 @@ def _interpolated(
     top = int(frames[g, 9])
     i, j, k = min(int(u), top - 1), min(int(v), top - 1), min(int(w), top - 1)
     first = int(frames[g, 10])
+    hx, hy, hz = frames[g, 6], frames[g, 7], frames[g, 8]
     value, gx, gy, gz = 0.0, 0.0, 0.0, 0.0
     for corner in range(8):
         a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
         row = first + ((i + a) * (top + 1) + j + b) * (top + 1) + k + c
-        p, q, r = u - i - a, v - j - b, w - k - c  # from the corner, in cells
-        wx, wy, wz = 1.0 - abs(p), 1.0 - abs(q), 1.0 - abs(r)
-        nx, ny, nz = nodes[row, 1], nodes[row, 2], nodes[row, 3]
-        along = nx * p * frames[g, 6] + ny * q * frames[g, 7] + nz * r * frames[g, 8]
-        prediction, weight = nodes[row, 0] + 0.5 * along, wx * wy * wz
+        sx, sy, sz = 1.0 - 2 * a, 1.0 - 2 * b, 1.0 - 2 * c  # from the corner into the cell
+        p, q, r = sx * (u - i - a), sy * (v - j - b), sz * (w - k - c)  # how far, in cells
+        wx, wy, wz = 1.0 - p, 1.0 - q, 1.0 - r
+        d = nodes[row, 0]
+        nx, ny, nz = sx * hx * nodes[row, 1], sy * hy * nodes[row, 2], sz * hz * nodes[row, 3]
+        prediction = d * (1.0 + p * (1.0 - 2.0 * p) + q * (1.0 - 2.0 * q) + r * (1.0 - 2.0 * r))
+        prediction += nx * p * wx + ny * q * wy + nz * r * wz
+        weight = wx * wy * wz
         value += weight * prediction
-        gx += (2 * a - 1) * frames[g, 3] * wy * wz * prediction + 0.5 * weight * nx
-        gy += (2 * b - 1) * frames[g, 4] * wx * wz * prediction + 0.5 * weight * ny
-        gz += (2 * c - 1) * frames[g, 5] * wx * wy * prediction + 0.5 * weight * nz
-    return value, gx, gy, gz
+        gx += sx * (weight * (d * (1.0 - 4.0 * p) + nx * (wx - p)) - wy * wz * prediction)
+        gy += sy * (weight * (d * (1.0 - 4.0 * q) + ny * (wy - q)) - wx * wz * prediction)
+        gz += sz * (weight * (d * (1.0 - 4.0 * r) + nz * (wz - r)) - wx * wy * prediction)
+    return value, gx * frames[g, 3], gy * frames[g, 4], gz * frames[g, 5]

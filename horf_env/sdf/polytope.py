@@ -82,7 +82,7 @@ def outside_distance(
         y: As x.
         z: As x.
     """
-    best, ox, oy, oz, region = _triangle_offset(faces, face, x, y, z)
+    best, ox, oy, oz, region = triangle_offset(faces, face, x, y, z)
     moved = True
     while moved and region != _FACE:
         moved = False
@@ -92,7 +92,7 @@ def outside_distance(
         else:
             first, last = links[9 * face + region], links[9 * face + region + 3]
         for k in range(first, last):
-            squared, dx, dy, dz, where = _triangle_offset(faces, links[k], x, y, z)
+            squared, dx, dy, dz, where = triangle_offset(faces, links[k], x, y, z)
             if squared < best:
                 best, ox, oy, oz, region, face = squared, dx, dy, dz, where, links[k]
                 moved = True
@@ -102,7 +102,7 @@ def outside_distance(
 
 
 @njit(cache=True, fastmath=FAST, error_model="numpy")
-def _triangle_offset(
+def triangle_offset(
     faces: FloatArray, f: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float, int]:
     """(x, y, z) - (nearest point of triangle f), its square, and in which region the point lies."""

@@ -65,7 +65,7 @@ class RobotSdf:
             robot: Kinematics that place the bodies.
             geometry: "hull": the convex hull of each collision mesh, what PyBullet collides with,
                 exactly. "visual": the visual meshes as they are, what real obstacles meet,
-                interpolated from fields; to build those takes libigl and about half a minute.
+                interpolated from fields; to build those takes libigl and a few seconds.
             cache_folder: Where the fields are kept; the user's cache folder without it.
 
         Raises:

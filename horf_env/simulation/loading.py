@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pybullet
 
-from horf_env.robot.description import urdf_text
+from horf_env.robot.description import mesh_root, urdf_text
 
 
 def connect() -> int:
@@ -37,7 +38,7 @@ class RobotFile:
         Raises:
             MissingAssetError: If the Panda's meshes are not installed.
         """
-        text = urdf_text()
+        text = _with_meshes_for_boxes(urdf_text())
         self._folder = tempfile.TemporaryDirectory(prefix="horf-")
         self.path = str(Path(self._folder.name, "horf.urdf"))
         Path(self.path).write_text(text)
@@ -45,6 +46,21 @@ class RobotFile:
     def close(self) -> None:
         """Delete the file. Closing twice is fine."""
         self._folder.cleanup()
+
+
+def _with_meshes_for_boxes(urdf: str) -> str:
+    """The URDF with a mesh in the place of each box that collides.
+
+    PyBullet grows hulls of meshes by its margin of 1 mm, but takes it away from boxes before, so
+    that their edges are round. As meshes, all links of the robot collide by the same rule.
+    """
+    root = ElementTree.fromstring(urdf)
+    for geometry in root.iterfind("link/collision/geometry"):
+        for box in geometry.findall("box"):
+            geometry.remove(box)
+            cube = {"filename": str(mesh_root() / "cube.obj"), "scale": box.attrib["size"]}
+            ElementTree.SubElement(geometry, "mesh", cube)
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def load_robot(client: int, file: RobotFile, *, visuals: bool) -> int:

@@ -4,8 +4,9 @@ import logging
 
 import numpy as np
 import pytest
+import trimesh
 
-from horf_env.robot import collision_parts
+from horf_env.robot import MeshPart, collision_parts
 from horf_env.sdf import cache
 from horf_env.sdf.cache import cached_fields
 from horf_env.sdf.fields import Fields, bounds, build_fields
@@ -21,7 +22,8 @@ def finger():
 def test_fields_are_stored_and_read_back(finger, tmp_path):
     built = cached_fields(finger, tmp_path)
     (path,) = tmp_path.iterdir()
-    changed = {"nodes": built.nodes + 1, "near_faces": built.near_faces, "frames": built.frames}
+    with np.load(path) as stored:
+        changed = dict(stored) | {"nodes": built.nodes + 1}
     np.savez(path.open("wb"), **changed)
     assert (cached_fields(finger, tmp_path).nodes == built.nodes + 1).all()
 
@@ -38,6 +40,17 @@ def test_a_damaged_cache_is_rebuilt_and_said_so(finger, tmp_path, caplog, damage
     assert "building them anew" in caplog.text
 
 
+def test_fields_of_a_mesh_are_the_same_built_and_read_back(tmp_path):
+    ball = trimesh.creation.icosphere(radius=0.05)
+    meshes = [MeshPart(np.array(ball.vertices) + shift, np.array(ball.faces)) for shift in (0, 1)]
+    geometry = body_geometry([[meshes[0], collision_parts()[8][1]], [meshes[1]]])
+    built = cached_fields(geometry, tmp_path)
+    read = cached_fields(geometry, tmp_path)
+    assert (read.nodes == built.nodes).all()
+    assert (read.near_faces == built.near_faces).all()
+    assert (read.frames == built.frames).all()
+
+
 def test_a_truncated_cache_is_rebuilt(finger, tmp_path):
     built = cached_fields(finger, tmp_path)
     (path,) = tmp_path.iterdir()
@@ -52,13 +65,16 @@ def test_a_truncated_cache_is_rebuilt(finger, tmp_path):
         {"near_faces": np.zeros(5, dtype=np.int32)},
         {"frames": np.zeros((2, 11))},
         {"nodes": None},
+        {"packed": np.zeros((5, 3), dtype=np.int16)},
+        {"steps": np.zeros(1)},
     ],
 )
 def test_a_cache_with_other_contents_is_rebuilt(finger, tmp_path, caplog, other):
     built = cached_fields(finger, tmp_path)
     (path,) = tmp_path.iterdir()
-    stored = {"nodes": built.nodes, "near_faces": built.near_faces, "frames": built.frames} | other
-    np.savez(path.open("wb"), **{name: a for name, a in stored.items() if a is not None})
+    with np.load(path) as stored:
+        arrays = dict(stored) | other
+    np.savez(path.open("wb"), **{name: a for name, a in arrays.items() if a is not None})
     assert (cached_fields(finger, tmp_path).nodes == built.nodes).all()
     assert "building them anew" in caplog.text
 

@@ -57,9 +57,20 @@ def test_known_distances_to_the_base(make_world, obstacle, distance):
     if distance is None:
         assert (found.distance, found.bodies) == (QUERY_RANGE, None)
         return
-    assert found.distance == pytest.approx(distance, abs=1e-5)
+    assert found.distance == pytest.approx(distance - MARGIN, abs=1e-4)
     assert found.bodies == ("base_link", f"{next(iter(obstacle))}[0]")
     assert found.is_contact == (distance <= 0)
+
+
+def test_edges_and_corners_of_the_base_are_as_sharp_as_its_hull(make_world, make_scene):
+    radius, world = 0.01, make_world()
+    for way in ([-1.0, -1.0, 0.0], [-1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]):
+        corner = np.array([0.35, 0.25, 0.19]) * way + [0.0, 0.0, 0.19]
+        centre = corner + 0.03 * np.array(way) / np.linalg.norm(way)
+        world.set_scene(make_scene(spheres=[Sphere(center=tuple(centre), radius=radius)]))
+        found = world.clearance
+        assert found.bodies == ("base_link", "spheres[0]")
+        assert found.distance == pytest.approx(0.03 - radius - MARGIN, abs=1e-4)
 
 
 def test_the_verdict_is_the_hull_plus_a_millimetre(make_world, make_scene, robot):
