@@ -41,6 +41,7 @@ class EnvSettings(BaseModel):
     simulation: str = "kinematic"
     depth_noise: bool = False
     map_view: bool = False
+    guide: bool = False
     fault: str | None = None
 
     def check(self) -> None:
@@ -63,9 +64,9 @@ class EnvSettings(BaseModel):
                 raise UnknownNameError(kind, name, valid)
 
     def for_planner(self, planner: Planner) -> EnvSettings:
-        """The same with the action layer and, for a policy that wants one, the map of a planner."""
-        map_view = bool(getattr(planner, "map_view", False))
-        return self.model_copy(update={"action_layer": planner.action_layer, "map_view": map_view})
+        """The same with the action layer of a planner and the observations that a policy wants."""
+        wanted = {name: bool(getattr(planner, name, False)) for name in ("map_view", "guide")}
+        return self.model_copy(update={"action_layer": planner.action_layer, **wanted})
 
     @property
     def scene_name(self) -> str:

@@ -33,7 +33,8 @@ class PolicyPlanner:
     """A policy that acts without noise; see `horf_env.planners.Planner`."""
 
     def __init__(self, model: Predictor, env: EnvSettings) -> None:
-        self._model, self.action_layer, self.map_view = model, env.action_layer, env.map_view
+        self._model, self.action_layer = model, env.action_layer
+        self.map_view, self.guide = env.map_view, env.guide
 
     def reset(self, env: Env) -> None:
         """Nothing to forget: the depth frames of the observation are the memory."""
@@ -129,4 +130,4 @@ def _env_settings(model: BaseAlgorithm) -> EnvSettings:
     spaces = getattr(model.observation_space, "spaces", {})
     is_velocity = model.action_space.shape == (N_VELOCITIES,)
     layer = "joint_velocity" if is_velocity else "sdf_qp"
-    return EnvSettings(action_layer=layer, map_view="map" in spaces)
+    return EnvSettings(action_layer=layer, map_view="map" in spaces, guide="guide" in spaces)

@@ -22,7 +22,15 @@ from horf_env.control import (
 )
 from horf_env.errors import InvalidActionError
 from horf_env.faults import Fault
-from horf_env.perception import CELLS, CHANNELS, CameraModel, MemorySettings, top_view
+from horf_env.perception import (
+    CELLS,
+    CHANNELS,
+    GUIDE_SIZE,
+    CameraModel,
+    Guide,
+    MemorySettings,
+    top_view,
+)
 from horf_env.records import StepRecord
 from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
 from horf_env.robot.vectors import norm
@@ -53,6 +61,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     - `deviation`: position error [m] and rotation vector [rad] to the goal in base axes (6).
     - `map`, with `map_view` only: what the action layer knows of the surroundings, seen from above,
       uint8, shape (3, 32, 32), see `horf_env.perception.top_view`.
+    - `guide`, if asked for: hints that follow from the goal and from what the action layer knows,
+      shape (13,), see `horf_env.perception.Guide`.
 
     Action in [-1, 1]: EE twist in base axes, scaled to the limits profile's `twist_scale`; for
     `action_layer="joint_velocity"` the nine velocities, scaled to the limits. Numbers outside of
@@ -76,6 +86,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         camera: CameraModel | None = None,
         depth_noise: bool = False,
         map_view: bool = False,
+        guide: bool = False,
         render_mode: str | None = None,
     ) -> None:
         """Make the environment.
@@ -94,6 +105,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             camera: Depth camera; 64 x 48 pixels on the front, pitched up, without it.
             depth_noise: Whether depth images have the D435's disparity noise.
             map_view: Whether observations have a `map`; the paper's have none.
+            guide: Whether observations have a `guide`, see `Guide`; the paper's have none.
             render_mode: "rgb_array" or None.
 
         Raises:
@@ -113,6 +125,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             camera=camera,
             depth_noise=depth_noise,
             map_view=map_view,
+            guide=guide,
             render_mode=render_mode,
         )
         self.render_mode = render_mode
@@ -132,8 +145,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             depth_noise=depth_noise,
         )
         self._world = PyBulletWorld(mode=simulation)
-        self._map_view = map_view
-        space = _observation_space(self._camera, self.limits, map_view=map_view)
+        self._map_view, self._guided = map_view, guide
+        space = _observation_space(self._camera, self.limits, map_view=map_view, guide=guide)
         self.observation_space = cast("spaces.Space[Observation]", space)
         self.action_space = spaces.Box(-1.0, 1.0, (self._layer.action_size,), np.float32)
 
@@ -155,6 +168,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
         self.T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
+        self._guide = Guide(self.T_world_goal) if self._guided else None
         self._start_episode(self._robot.state(self._world.state.configuration))
         frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
         self._look_around()
@@ -280,6 +294,9 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         }
         if self._map_view:
             observation["map"] = top_view(self._points, self._unseen, self._state.T_world_base)
+        if self._guide is not None:
+            hints = self._guide.view(self._points, self._state.T_world_base)
+            observation["guide"] = hints.astype(np.float32)
         return observation
 
     def _record(
@@ -330,7 +347,7 @@ _make_layer = action_layer
 
 
 def _observation_space(
-    camera: CameraModel, limits: LimitsProfile, *, map_view: bool
+    camera: CameraModel, limits: LimitsProfile, *, map_view: bool, guide: bool
 ) -> spaces.Dict:
     lower = np.concatenate([limits.arm_lower - _JOINT_SLACK, -limits.velocity, [-_ARM_EXTENT] * 3])
     upper = np.concatenate([limits.arm_upper + _JOINT_SLACK, limits.velocity, [_ARM_EXTENT] * 3])
@@ -344,6 +361,8 @@ def _observation_space(
     }
     if map_view:
         parts["map"] = spaces.Box(0, 255, (CHANNELS, CELLS, CELLS), np.uint8)
+    if guide:
+        parts["guide"] = spaces.Box(-np.inf, np.inf, (GUIDE_SIZE,), np.float32)
     return spaces.Dict(parts)
 
 

@@ -25,8 +25,8 @@ from feasibility.tucked import (
     forbidden_areas,
     tucked_sizes,
 )
-from horf_env.planners.inverse_kinematics import arm_ik
 from horf_env.robot import MobileManipulator
+from horf_env.robot.inverse_kinematics import arm_ik
 from horf_env.robot.limits import ARM_LOWER, ARM_READY, ARM_UPPER
 from horf_env.scenes.scene import Scene
 from horf_env.simulation import PyBulletWorld

@@ -5,6 +5,7 @@ from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
 from horf_env.perception.depth_camera import DepthCamera
 from horf_env.perception.frame_memory import FrameSettings
 from horf_env.perception.frames import FrameStack, dequantise_depth, quantise_depth
+from horf_env.perception.guide import GUIDE_SIZE, Guide
 from horf_env.perception.image import Image
 from horf_env.perception.local_map import MapSettings
 from horf_env.perception.memory import MemorySettings, ObstacleMemory, View
@@ -14,12 +15,14 @@ from horf_env.perception.top_view import CELLS, CHANNELS, top_view
 __all__ = [
     "CELLS",
     "CHANNELS",
+    "GUIDE_SIZE",
     "CameraModel",
     "CloudHistory",
     "DepthCamera",
     "DisparityNoise",
     "FrameSettings",
     "FrameStack",
+    "Guide",
     "Image",
     "MapSettings",
     "MemorySettings",

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from horf_env.planners.reachability import joint_margin
 from horf_env.robot.footprint import BASE_HEIGHT
+from horf_env.robot.reachability import joint_margin
 from horf_env.scenes.distance import outline_distance
 from horf_env.scenes.scene import Box, Cylinder, Scene
 from horf_env.types import FloatArray

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial.transform import Rotation
 
-from horf_env.planners.inverse_kinematics import arm_ik
 from horf_env.robot import ARM_READY, MobileManipulator
+from horf_env.robot.inverse_kinematics import arm_ik
 from horf_env.robot.limits import ARM_LOWER, ARM_UPPER
 from horf_env.types import FloatArray
 

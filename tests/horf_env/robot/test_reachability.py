@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from horf_env.planners.inverse_kinematics import arm_ik
-from horf_env.planners.reachability import joint_margin
 from horf_env.robot import ARM_READY, MobileManipulator
+from horf_env.robot.inverse_kinematics import arm_ik
+from horf_env.robot.reachability import joint_margin
 
 LEVEL = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # along x, x axis up
 

@@ -1,0 +1,63 @@
+"""Hints that follow from what the robot knows: where the goal lies, and the way on its own map.
+
+Not in the paper, whose policy sees depth images and the deviation. A policy has to work both out
+from these otherwise: the axes of the goal by forward kinematics, the way by remembering.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from horf_env.perception.way import CELL, way
+from horf_env.robot.footprint import BASE_HEIGHT
+from horf_env.robot.reachability import joint_margin
+from horf_env.types import FloatArray
+
+GUIDE_SIZE: Final = 13
+"""Numbers of a guide."""
+
+_REACH = 1.3  # m; beyond this no arm reaches a goal from a place
+# Places to stand: least joint margin [rad], what is enough, and m of way for each rad less.
+_LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
+
+
+class Guide:
+    """Hints on the way to one goal."""
+
+    def __init__(self, goal: FloatArray) -> None:
+        """Find out from where the arm reaches the goal.
+
+        Args:
+            goal: Pose in the world, shape (4, 4).
+        """
+        self._goal = goal
+        first = np.floor((goal[:2, 3] - _REACH) / CELL).astype(int)
+        steps = np.arange(int(2 * _REACH / CELL) + 2)
+        centres = (first[:, None] + steps + 0.5) * CELL
+        places = np.stack(np.meshgrid(*centres, indexing="ij"), axis=-1)
+        margin = joint_margin(goal, places.reshape(-1, 2)).reshape(places.shape[:2])
+        cost = _STAND_COST * np.maximum(_ENOUGH_MARGIN - margin, 0.0)
+        self._stands = np.where(margin > _LEAST_MARGIN, cost, np.inf)
+        self._first = first
+
+    def view(self, points: FloatArray, T_world_base: FloatArray) -> FloatArray:
+        """What the guide says at a pose of the base.
+
+        Args:
+            points: Known obstacle points in the world, shape (N, 3), m.
+            T_world_base: Pose of the base, shape (4, 4).
+
+        Returns:
+            Shape (13,): position of the goal in the axes of the base [m], its approach (z) and its
+            x axis; a point 0.8 m ahead on the way, x and y in the axes of the base [m]; length of
+            way up to it [m], less where the way ends; and cost of the whole way [m].
+        """
+        R, t = T_world_base[:3, :3], T_world_base[:3, 3]
+        ahead, length, cost = way(
+            points, BASE_HEIGHT, t[:2].copy(), self._goal[:2, 3].copy(), self._stands, self._first
+        )
+        goal = R.T @ np.column_stack([self._goal[:3, 3] - t, self._goal[:3, 2], self._goal[:3, 0]])
+        target = R[:2, :2].T @ (ahead - t[:2])
+        return np.concatenate([goal.T.ravel(), target, [length, cost]])
