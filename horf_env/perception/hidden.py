@@ -39,9 +39,9 @@ class HiddenSpace(NamedTuple):
 def hidden_space(side: int) -> HiddenSpace:
     """Work space for a square of `side` columns."""
     shape = (side + 2, side + 2)
-    left = np.zeros(shape, dtype=np.uint64)
-    left[:, : side // 2 + 1] = ~left[:, : side // 2 + 1]
-    return HiddenSpace(*(np.zeros(shape, dtype=np.uint64) for _ in range(5)), left=left)
+    words = [np.zeros(shape, dtype=np.uint64) for _ in HiddenSpace._fields]
+    words[-1][:, : side // 2 + 1] = ~np.uint64(0)
+    return HiddenSpace(*words)
 
 
 @njit(cache=True)
