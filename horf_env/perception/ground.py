@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from horf_env.perception.voxel_grid import COVERED, VoxelGrid, bit
+from horf_env.perception.voxel_grid import COVERED, VoxelGrid, bit, wrapped
 from horf_env.types import FloatArray
 
 
@@ -29,7 +29,7 @@ def mark_robot(
         arm: Points that fill the arm, shape (N, 3), m.
     """
     _mark_points(grid, arm)
-    n, size = len(grid.seen), grid.size[0]
+    n, size = len(grid.seen), grid.size
     x, y, theta = pose
     c, s = np.cos(theta), np.sin(theta)
     seen = grid.seen
@@ -73,30 +73,42 @@ def unseen_ground(
     Returns:
         Shape (N, 2), m.
     """
-    n, size, side, found = len(grid.seen), grid.size[0], near.shape[1] - 2, 0
+    n, size, side, found = len(grid.seen), grid.size, near.shape[1] - 2, 0
     grid_seen, occupied = grid.seen, grid.occupied
     first_x = int(np.floor(x / size)) - side // 2
     first_y = int(np.floor(y / size)) - side // 2
     inner, outer = near[0], near[1]
     for i in range(side):
-        row = (first_x + i) & (n - 1)
+        row, marks = wrapped(first_x + i, n), inner[i + 1, 1:]
         for j in range(side):
-            column = (first_y + j) & (n - 1)
-            inner[i + 1, j + 1] = (grid_seen[row, column] | occupied[row, column]) & layers != 0
+            column = wrapped(first_y + j, n)
+            marks[j] = (grid_seen[row, column] | occupied[row, column]) & layers != 0
     for _ in range(grace):
         _widen(inner, outer)
         inner, outer = outer, inner
     _widen(inner, outer)
     for i in range(side - 1, -1, -1):
+        wide, narrow = outer[i + 1, 1:], inner[i + 1, 1:]
+        if _count_different(wide, narrow, side) == 0:
+            continue
         for j in range(side - 1, -1, -1):
-            if outer[i + 1, j + 1] == inner[i + 1, j + 1] or found == len(out):
+            if wide[j] == narrow[j] or found == len(out):
                 continue
-            if grid_seen[(first_x + i) & (n - 1), (first_y + j) & (n - 1)] & COVERED:
+            if grid_seen[wrapped(first_x + i, n), wrapped(first_y + j, n)] & COVERED:
                 continue
             out[found, 0] = (first_x + i + 0.5) * size
             out[found, 1] = (first_y + j + 0.5) * size
             found += 1
     return out[:found].copy()
+
+
+@njit(cache=True)
+def _count_different(one: np.ndarray, other: np.ndarray, n: int) -> int:
+    """In how many of the first n places two rows differ."""
+    count = 0
+    for j in range(n):
+        count += one[j] != other[j]
+    return count
 
 
 @njit(cache=True)
@@ -114,7 +126,7 @@ def _widen(narrow: np.ndarray, wide: np.ndarray) -> None:
 @njit(cache=True)
 def _mark_points(grid: VoxelGrid, points: FloatArray) -> None:
     """Mark the voxels of points (N, 3) [m] as seen."""
-    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size
     first_x, first_y, seen = grid.first[0], grid.first[1], grid.seen
     for i in range(len(points)):
         x, y = int(np.floor(points[i, 0] / size)), int(np.floor(points[i, 1] / size))
@@ -126,7 +138,7 @@ def _mark_points(grid: VoxelGrid, points: FloatArray) -> None:
 @njit(cache=True)
 def points_seen(grid: VoxelGrid, points: FloatArray) -> np.ndarray:
     """Which of the points (N, 3) [m] lie in voxels of the window that were seen, shape (N,)."""
-    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size
     seen = np.zeros(len(points), dtype=np.bool_)
     for i in range(len(points)):
         x, y = int(np.floor(points[i, 0] / size)), int(np.floor(points[i, 1] / size))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from horf_env.perception.voxel_grid import BIT, COVERED, VoxelGrid, near_points
+from horf_env.perception.voxel_grid import BIT, COVERED, VoxelGrid, near_points, wrapped
 from horf_env.types import FloatArray
 
 
@@ -25,6 +25,7 @@ class HiddenSpace(NamedTuple):
         grown: The same after one more step.
         around: Layers that surround occupied ones, grown in all directions.
         wider: The same after one more step.
+        left: All bits in the columns whose second number is in the lower half, no bit elsewhere.
     """
 
     unseen: np.ndarray
@@ -32,11 +33,15 @@ class HiddenSpace(NamedTuple):
     grown: np.ndarray
     around: np.ndarray
     wider: np.ndarray
+    left: np.ndarray
 
 
 def hidden_space(side: int) -> HiddenSpace:
     """Work space for a square of `side` columns."""
-    return HiddenSpace(*(np.zeros((side + 2, side + 2), dtype=np.uint64) for _ in range(5)))
+    shape = (side + 2, side + 2)
+    words = [np.zeros(shape, dtype=np.uint64) for _ in HiddenSpace._fields]
+    words[-1][:, : side // 2 + 1] = ~np.uint64(0)
+    return HiddenSpace(*words)
 
 
 @njit(cache=True)
@@ -83,7 +88,7 @@ def _append_hidden(
     found: int,
 ) -> int:
     """Append the hidden voxels to the points that `out` holds; return how many it holds then."""
-    side, size = len(space.unseen) - 2, grid.size[0]
+    side, size = len(space.unseen) - 2, grid.size
     first_x = int(np.floor(middle[0] / size)) - side // 2
     first_y = int(np.floor(middle[1] / size)) - side // 2
     _load(grid, space, first_x, first_y, body_layers, above)
@@ -91,7 +96,7 @@ def _append_hidden(
     around, wider = space.around, space.wider
     around[:] = filled
     for _ in range(behind):
-        _grow(unseen, filled, grown)
+        _grow(unseen, filled, grown, space.left)
         _spread(unseen, around, wider)
         filled, grown, around, wider = grown, filled, wider, around
     _remember(grid, around, filled, first_x, first_y)
@@ -128,17 +133,18 @@ def _load(
     grid_seen, grid_occupied = grid.seen, grid.occupied
     space_unseen, filled = space.unseen, space.filled
     all_layers = ~np.uint64(0) >> np.uint64(64 - grid.place.shape[2])
-    for i in range(1, side + 1):
-        for j in range(1, side + 1):
-            column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
-            seen, occupied = grid_seen[column], grid_occupied[column]
+    for i in range(side):
+        x, unseen, fill = wrapped(first_x + i, n), space_unseen[i + 1, 1:], filled[i + 1, 1:]
+        for j in range(side):
+            y = wrapped(first_y + j, n)
+            seen, occupied = grid_seen[x, y], grid_occupied[x, y]
             if seen & COVERED:
                 seen |= body_layers
-            unseen = ~(seen | occupied) & all_layers
-            space_unseen[i, j] = unseen
-            filled[i, j] = occupied
-            if above and occupied:
-                filled[i, j] = _filled_upwards(occupied, unseen)
+            unseen[j] = ~(seen | occupied) & all_layers
+            fill[j] = occupied
+        if above:
+            for j in range(side):
+                fill[j] = _filled_upwards(fill[j], unseen[j])
 
 
 @njit(cache=True)
@@ -150,48 +156,66 @@ def _remember(
     Only around what is still occupied: an obstacle that disappears hides nothing any more.
     """
     n, side, hidden = len(grid.seen), len(around) - 2, grid.hidden
-    for i in range(1, side + 1):
-        for j in range(1, side + 1):
-            column = (first_x + i - 1) & (n - 1), (first_y + j - 1) & (n - 1)
-            filled[i, j] |= hidden[column] & around[i, j]
-            hidden[column] = filled[i, j]
+    for i in range(side):
+        x, fill, near = wrapped(first_x + i, n), filled[i + 1, 1:], around[i + 1, 1:]
+        for j in range(side):
+            y = wrapped(first_y + j, n)
+            fill[j] |= hidden[x, y] & near[j]
+            hidden[x, y] = fill[j]
 
 
 @njit(cache=True)
 def _filled_upwards(occupied: np.uint64, unseen: np.uint64) -> np.uint64:
-    """Occupied bits and all runs of unseen bits right above them, in six doubling steps."""
-    filled, through = occupied, unseen
-    for step in (1, 2, 4, 8, 16, 32):
-        shift = np.uint64(step)
-        filled |= through & (filled << shift)
-        through &= through << shift
-    return filled
+    """Occupied bits and all runs of unseen bits right above them.
+
+    A one added to the lowest bit of a run carries through all of it and clears it.
+    """
+    carried = unseen + (unseen & (occupied << BIT))
+    return occupied | (unseen & ~carried)
 
 
 @njit(cache=True)
-def _grow(unseen: np.ndarray, filled: np.ndarray, grown: np.ndarray) -> None:
-    """Grow by one voxel into the unseen, away from the middle; compiles to vector instructions.
+def _grow(unseen: np.ndarray, filled: np.ndarray, grown: np.ndarray, left: np.ndarray) -> None:
+    """Grow by one voxel into the unseen, away from the middle.
 
-    The robot, in the middle, saw the near side of things.
+    The robot, in the middle, saw the near side of things. Rows are taken as one, for vector
+    instructions: nothing grows on the border, where nothing is unseen.
     """
-    side = len(unseen) - 2
-    half = side // 2
-    for i in range(1, side + 1):
-        nearer = i - 1 if i > half else i + 1
-        for j in range(1, half + 1):
-            near = filled[nearer, j] | filled[i, j + 1]
-            grown[i, j] = filled[i, j] | (unseen[i, j] & near)
-        for j in range(half + 1, side + 1):
-            near = filled[nearer, j] | filled[i, j - 1]
-            grown[i, j] = filled[i, j] | (unseen[i, j] & near)
+    width = len(unseen)
+    middle = width // 2 * width
+    may, old, new, side = unseen.ravel(), filled.ravel(), grown.ravel(), left.ravel()
+    _grow_from(old[2 * width :], may, old, new, side, width, middle)
+    _grow_from(old[middle - width :], may, old, new, side, middle, len(may) - width)
+
+
+@njit(cache=True)
+def _grow_from(
+    nearer: np.ndarray,
+    unseen: np.ndarray,
+    filled: np.ndarray,
+    grown: np.ndarray,
+    left: np.ndarray,
+    start: int,
+    stop: int,
+) -> None:
+    """Grow the columns from `start` to `stop`; `nearer` begins with the row nearer to the middle.
+
+    Loops start at zero: numba looks up any other index as one that may be negative.
+    """
+    own, may, new, side = filled[start:], unseen[start:], grown[start:], left[start:]
+    before, after = filled[start - 1 :], filled[start + 1 :]
+    for k in range(stop - start):
+        near = nearer[k] | (after[k] & side[k]) | (before[k] & ~side[k])
+        new[k] = own[k] | (may[k] & near)
 
 
 @njit(cache=True)
 def _spread(unseen: np.ndarray, around: np.ndarray, wider: np.ndarray) -> None:
     """Grow by one voxel into the unseen, in all six directions."""
-    side = len(unseen) - 2
-    for i in range(1, side + 1):
-        for j in range(1, side + 1):
-            own = around[i, j]
-            near = around[i - 1, j] | around[i + 1, j] | around[i, j - 1] | around[i, j + 1]
-            wider[i, j] = own | (unseen[i, j] & (near | own << BIT | own >> BIT))
+    width, flat = len(unseen), around.ravel()
+    may, new, old = unseen.ravel()[width:], wider.ravel()[width:], flat[width:]
+    left, right, before, after = flat, flat[2 * width :], flat[width - 1 :], flat[width + 1 :]
+    for k in range(len(flat) - 2 * width):
+        own = old[k]
+        near = left[k] | right[k] | before[k] | after[k]
+        new[k] = own | (may[k] & (near | own << BIT | own >> BIT))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from horf_env.perception.voxel_grid import VoxelGrid, bit, forget
+from horf_env.perception.voxel_grid import VoxelGrid, bit, forget, wrapped
 from horf_env.types import FloatArray
 
 # Lower points are floor [m]: the base would otherwise keep a distance from it.
 _FLOOR_HEIGHT = 0.03
 # The camera's depth error at 1 m [m], a D435's (see noise.py); it grows with the square.
 _NOISE = 0.004
+# More than rounding adds up to along a ray, in voxels.
+_EDGE = 1e-6
 # Looks in a row that have to see through a point: one may be wrong at an edge.
 _MOST_MISSES = 2
 # Every fourth ray marks what it passes, and every fourth point is looked at whether it is still
@@ -65,22 +67,34 @@ def _mark_rays(grid: VoxelGrid, origin: FloatArray, ends: FloatArray, phase: int
         ends: Where they end, shape (N, 3), m.
         phase: First ray.
     """
-    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size
     first_x, first_y, seen = grid.first[0], grid.first[1], grid.seen
+    ox, oy, oz = origin[0], origin[1], origin[2]
+    # In voxels from the window's corner: there truncation, faster than floor, rounds down.
+    start_x, start_y, start_z = ox / size - first_x, oy / size - first_y, oz / size
     for i in range(phase, len(ends), _SETS):
-        dx, dy, dz = ends[i, 0] - origin[0], ends[i, 1] - origin[1], ends[i, 2] - origin[2]
+        dx, dy, dz = ends[i, 0] - ox, ends[i, 1] - oy, ends[i, 2] - oz
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
-        steps = int(length / size - 0.5)
+        steps = int(length / size - 0.5) + 1
         dx, dy, dz = dx / length, dy / length, dz / length
-        # In voxels; half a voxel is added so that truncation (faster than floor) rounds down.
-        x, y = origin[0] / size - first_x, origin[1] / size - first_y
-        z = origin[2] / size
-        for _ in range(steps + 1):
-            if not (0.0 <= x < n and 0.0 <= y < n and 0.0 <= z < layers):
+        x, y, z = start_x, start_y, start_z
+        inside = min(_steps_inside(x, dx, n), _steps_inside(y, dy, n))
+        inside = min(inside, _steps_inside(z, dz, layers))
+        for k in range(steps):
+            if k >= inside and not (0.0 <= x < n and 0.0 <= y < n and 0.0 <= z < layers):
                 break
-            column_x, column_y = (int(x) + first_x) & (n - 1), (int(y) + first_y) & (n - 1)
+            column_x, column_y = wrapped(int(x) + first_x, n), wrapped(int(y) + first_y, n)
             seen[column_x, column_y] |= bit(int(z))
             x, y, z = x + dx, y + dy, z + dz
+
+
+@njit(cache=True)
+def _steps_inside(place: float, step: float, end: int) -> int:
+    """So many steps certainly do not leave [0, end), the first place included."""
+    if not 0.0 <= place < end:
+        return 0
+    room = end - place if step > 0.0 else place
+    return int(max(room - _EDGE, 0.0) / max(abs(step), _EDGE))
 
 
 @njit(cache=True)
@@ -99,34 +113,36 @@ def _insert(
         origin: Where the camera is, shape (3,), m.
         time: Now [s].
     """
-    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size[0]
-    first, place, length, occupied = grid.first, grid.place, grid.length, grid.occupied
-    voxel, errors, point = grid.voxel, grid.error, grid.point
-    misses, times = grid.misses, grid.time
+    n, layers, size = len(grid.seen), grid.place.shape[2], grid.size
+    first_x, first_y = grid.first[0], grid.first[1]
+    place, length, surface = grid.place, grid.length, grid.surface
     for i in range(len(points)):
-        if own[i] or points[i, 2] < _FLOOR_HEIGHT:
-            continue
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        x, y, z = int(np.floor(px / size)), int(np.floor(py / size)), int(np.floor(pz / size))
-        inside = 0 <= x - first[0] < n and 0 <= y - first[1] < n and 0 <= z < layers
+        if own[i] or pz < _FLOOR_HEIGHT:
+            continue
+        u, v, w = px / size, py / size, pz / size
+        x, y, z = int(np.floor(u)), int(np.floor(v)), int(np.floor(w))
+        inside = 0 <= x - first_x < n and 0 <= y - first_y < n and 0 <= z < layers
         if not inside:
             continue
-        ox, oy, oz = px / size - x - 0.5, py / size - y - 0.5, pz / size - z - 0.5
+        ox, oy, oz = u - x - 0.5, v - y - 0.5, w - z - 0.5
         squared = (px - origin[0]) ** 2 + (py - origin[1]) ** 2 + (pz - origin[2]) ** 2
         error = size * size * (ox * ox + oy * oy + oz * oz) + (_NOISE * squared) ** 2
-        x, y = x & (n - 1), y & (n - 1)
-        entry = place[x, y, z]
+        column_x, column_y, layer = wrapped(x, n), wrapped(y, n), np.uint64(z)
+        entry = place[column_x, column_y, layer]
         if entry < 0:
             entry = length[0]
             length[0] += 1
-            place[x, y, z] = entry
-            occupied[x, y] |= bit(z)
-            voxel[entry, 0], voxel[entry, 1], voxel[entry, 2] = x, y, z
-            errors[entry] = np.inf
-        if error <= errors[entry]:
-            point[entry, 0], point[entry, 1], point[entry, 2] = px, py, pz
-            errors[entry] = error
-        misses[entry], times[entry] = 0, time
+            place[column_x, column_y, layer] = entry
+            grid.occupied[column_x, column_y] |= bit(z)
+            new = surface[entry]
+            new["column_x"], new["column_y"], new["layer"] = column_x, column_y, layer
+            new["error"] = np.inf
+        voxel = surface[entry]
+        if error <= voxel["error"]:
+            voxel["x"], voxel["y"], voxel["z"] = px, py, pz
+            voxel["error"] = error
+        voxel["misses"], voxel["time"] = 0, time
 
 
 @njit(cache=True)
@@ -153,24 +169,37 @@ def _carve(
     """
     height, width = depth.shape
     R, t = T_world_camera[:3, :3], T_world_camera[:3, 3]
-    point, length = grid.point, grid.length
+    r00, r10, r20 = R[0, 0], R[1, 0], R[2, 0]
+    r01, r11, r21 = R[0, 1], R[1, 1], R[2, 1]
+    r02, r12, r22 = R[0, 2], R[1, 2], R[2, 2]
+    t0, t1, t2 = t[0], t[1], t[2]
+    surface, length = grid.surface, grid.length
     for entry in range(phase, length[0], _SETS):
         if entry >= length[0]:
             break  # some were forgotten on the way
-        dx, dy = point[entry, 0] - t[0], point[entry, 1] - t[1]
-        dz = point[entry, 2] - t[2]
-        z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
+        voxel = surface[entry]
+        dx, dy, dz = voxel["x"] - t0, voxel["y"] - t1, voxel["z"] - t2
+        z = r02 * dx + r12 * dy + r22 * dz
         if not depth_range[0] < z < depth_range[1]:
             continue
-        x = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
-        y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
+        x = r00 * dx + r10 * dy + r20 * dz
+        y = r01 * dx + r11 * dy + r21 * dz
         column = int(np.floor(focal[0] * x / z + 0.5 * width))
         row = int(np.floor(focal[1] * y / z + 0.5 * height))
         if not (0 <= column < width and 0 <= row < height):
             continue
-        least = depth[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2].min()
-        if least > z + _CLEARLY + _DEVIATIONS * _NOISE * z * z:
-            grid.misses[entry] += 1
-            if grid.misses[entry] >= _MOST_MISSES:
-                grid.seen[grid.voxel[entry, 0], grid.voxel[entry, 1]] |= bit(grid.voxel[entry, 2])
+        if _least_around(depth, row, column) > z + _CLEARLY + _DEVIATIONS * _NOISE * z * z:
+            voxel["misses"] += 1
+            if voxel["misses"] >= _MOST_MISSES:
+                grid.seen[voxel["column_x"], voxel["column_y"]] |= bit(voxel["layer"])
                 forget(grid, entry)
+
+
+@njit(cache=True)
+def _least_around(depth: np.ndarray, row: int, column: int) -> float:
+    """Least depth of a pixel and all beside it [m]."""
+    least = depth[row, column]
+    for i in range(max(row - 1, 0), min(row + 2, depth.shape[0])):
+        for j in range(max(column - 1, 0), min(column + 2, depth.shape[1])):
+            least = min(least, depth[i, j])
+    return least

@@ -22,6 +22,28 @@ COVERED = np.uint64(1 << 63)
 """Bit of a column where the base has stood: free, but nothing is known about what is beside it."""
 
 
+SURFACE = np.dtype(
+    [
+        ("x", np.float32),
+        ("y", np.float32),
+        ("z", np.float32),
+        ("error", np.float32),
+        ("time", np.float32),
+        ("misses", np.int32),
+        ("column_x", np.int16),
+        ("column_y", np.int16),
+        ("layer", np.int16),
+    ],
+    align=True,
+)
+"""What is kept of an occupied voxel, side by side: one look at memory instead of six.
+
+Its surface point in the world [m]; the expected square distance of the point from the ideal one
+[m^2]; when the voxel was last hit [s]; frames in a row that saw through the point; the voxel's
+place in the window.
+"""
+
+
 class VoxelGrid(NamedTuple):
     """The arrays. C columns a side (a power of two), Z layers, room for N occupied voxels.
 
@@ -29,32 +51,24 @@ class VoxelGrid(NamedTuple):
     costs more than what is done with a voxel.
 
     Attributes:
-        size: Edge of a voxel [m], shape (1,).
+        size: Edge of a voxel [m].
         first: World numbers of the window's first column, shape (2,).
         seen: Layers that a ray has passed or the base has covered, bits, shape (C, C).
         occupied: Layers with a surface point, bits, shape (C, C).
         hidden: Layers that were behind a surface when the robot saw it, bits, shape (C, C).
-        place: Where an occupied voxel's point is in the lists below, -1 for none; (C, C, Z).
-        length: Length of the lists, shape (1,).
-        point: Surface point in the world [m], shape (N, 3).
-        voxel: The voxel's place in the window, shape (N, 3).
-        error: Expected square distance of the point from the ideal one [m^2], shape (N,).
-        misses: Frames in a row that saw through the point, shape (N,).
-        time: When the voxel was last hit [s], shape (N,).
+        place: Where an occupied voxel is in the list below, -1 for none; shape (C, C, Z).
+        length: Length of the list, shape (1,).
+        surface: Occupied voxels, see `SURFACE`; shape (N,).
     """
 
-    size: np.ndarray
+    size: float
     first: np.ndarray
     seen: np.ndarray
     occupied: np.ndarray
     hidden: np.ndarray
     place: np.ndarray
     length: np.ndarray
-    point: np.ndarray
-    voxel: np.ndarray
-    error: np.ndarray
-    misses: np.ndarray
-    time: np.ndarray
+    surface: np.ndarray
 
 
 def empty_grid(size: float, columns: int, layers: int) -> VoxelGrid:
@@ -67,9 +81,8 @@ def empty_grid(size: float, columns: int, layers: int) -> VoxelGrid:
         raise ValueError(f"columns: expected a power of two, got {columns}")
     if not 1 <= layers <= _MOST_LAYERS:
         raise ValueError(f"layers: expected 1 to {_MOST_LAYERS}, got {layers}")
-    n = columns * columns * layers
     return VoxelGrid(
-        size=np.array([size]),
+        size=size,
         first=np.full(2, -columns // 2, dtype=np.int64),
         seen=np.zeros((columns, columns), dtype=np.uint64),
         occupied=np.zeros((columns, columns), dtype=np.uint64),
@@ -77,11 +90,7 @@ def empty_grid(size: float, columns: int, layers: int) -> VoxelGrid:
         place=np.full((columns, columns, layers), -1, dtype=np.int32),
         length=np.zeros(1, dtype=np.int64),
         # Memory that is never written is never taken from the system: most of this is not.
-        point=np.empty((n, 3), dtype=np.float32),
-        voxel=np.empty((n, 3), dtype=np.int32),
-        error=np.empty(n, dtype=np.float32),
-        misses=np.empty(n, dtype=np.uint8),
-        time=np.empty(n, dtype=np.float32),
+        surface=np.empty(columns * columns * layers, dtype=SURFACE),
     )
 
 
@@ -92,27 +101,28 @@ def bit(layer: int) -> np.uint64:
 
 
 @njit(cache=True)
+def wrapped(column: int, n: int) -> np.uint64:
+    """Where a column of the world lives; unsigned, or each look-up asks whether it is negative."""
+    return np.uint64(column & (n - 1))
+
+
+@njit(cache=True)
 def forget(grid: VoxelGrid, entry: int) -> None:
-    """Take a point out of the lists; the last one takes its place."""
-    x, y, z = grid.voxel[entry, 0], grid.voxel[entry, 1], grid.voxel[entry, 2]
-    grid.place[x, y, z] = -1
+    """Take a point out of the list; the last one takes its place."""
+    surface, last = grid.surface, grid.length[0] - 1
+    gone, moved = surface[entry], surface[last]
+    x, y, z = gone["column_x"], gone["column_y"], gone["layer"]
     grid.occupied[x, y] &= ~bit(z)
-    last = grid.length[0] - 1
+    grid.place[moved["column_x"], moved["column_y"], moved["layer"]] = entry
+    grid.place[x, y, z] = -1
+    surface[entry] = moved
     grid.length[0] = last
-    if entry == last:
-        return
-    for j in range(3):
-        grid.point[entry, j] = grid.point[last, j]
-        grid.voxel[entry, j] = grid.voxel[last, j]
-    grid.error[entry], grid.misses[entry] = grid.error[last], grid.misses[last]
-    grid.time[entry] = grid.time[last]
-    grid.place[grid.voxel[entry, 0], grid.voxel[entry, 1], grid.voxel[entry, 2]] = entry
 
 
 @njit(cache=True)
 def move_window(grid: VoxelGrid, x: float, y: float, since: float) -> None:
     """Centre the window on (x, y) [m]; forget what leaves it or was last hit before `since` [s]."""
-    n, size = len(grid.seen), grid.size[0]
+    n, size, surface = len(grid.seen), grid.size, grid.surface
     old_x, old_y = grid.first[0], grid.first[1]
     new_x, new_y = int(np.floor(x / size)) - n // 2, int(np.floor(y / size)) - n // 2
     # A column is new if its world number was not in the old window.
@@ -126,10 +136,11 @@ def move_window(grid: VoxelGrid, x: float, y: float, since: float) -> None:
             grid.hidden[:, c & (n - 1)] = 0
     grid.first[0], grid.first[1] = new_x, new_y
     for entry in range(grid.length[0] - 1, -1, -1):
-        column_x = int(np.floor(grid.point[entry, 0] / size)) - new_x
-        column_y = int(np.floor(grid.point[entry, 1] / size)) - new_y
+        voxel = surface[entry]
+        column_x = int(np.floor(voxel["x"] / size)) - new_x
+        column_y = int(np.floor(voxel["y"] / size)) - new_y
         inside = 0 <= column_x < n and 0 <= column_y < n
-        if not inside or grid.time[entry] < since:
+        if not inside or voxel["time"] < since:
             forget(grid, entry)
 
 
@@ -145,15 +156,15 @@ def near_points(
     Returns:
         How many were written.
     """
-    found, room, point, voxel = 0, len(out), grid.point, grid.voxel
+    found, room, surface = 0, len(out), grid.surface
     for entry in range(grid.length[0]):
-        dx, dy = point[entry, 0] - x, point[entry, 1] - y
+        voxel = surface[entry]
+        dx, dy = voxel["x"] - x, voxel["y"] - y
         squared = dx * dx + dy * dy
         if squared > far * far or found == room:
             continue
-        colour = voxel[entry, 0] + voxel[entry, 1] + voxel[entry, 2]
+        colour = voxel["column_x"] + voxel["column_y"] + voxel["layer"]
         if squared <= near * near or colour & 1:
-            for j in range(3):
-                out[found, j] = point[entry, j]
+            out[found, 0], out[found, 1], out[found, 2] = voxel["x"], voxel["y"], voxel["z"]
             found += 1
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from horf_env.errors import ConfigurationError
 from horf_env.robot.bodies import BODIES, collision_parts, visual_parts
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
-from horf_env.robot.jacobians import shifted_jacobians
+from horf_env.robot.jacobians import poses_and_jacobians
 from horf_env.robot.parts import Elements, Part
 from horf_env.robot.vectors import cross
 from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
@@ -62,8 +63,10 @@ class MobileManipulator:
         self._model = pin.buildModelFromXML(urdf)
         self._data = self._model.createData()
         names = (*self.link_names, _EE_FRAME)
+        placements = [self._data.oMf[self._model.getFrameId(name)] for name in names]
         # References: Pinocchio overwrites the placements in place.
-        self._placements = [self._data.oMf[self._model.getFrameId(name)] for name in names]
+        self._rotations = tuple(placement.rotation for placement in placements)
+        self._translations = tuple(placement.translation for placement in placements)
 
     @classmethod
     def load(cls) -> MobileManipulator:
@@ -89,15 +92,14 @@ class MobileManipulator:
         q = np.array(configuration, dtype=float)
         if q.shape != (N_CONFIGURATION,):
             raise ConfigurationError(f"configuration: expected shape (10,), got {q.shape}")
-        if not np.isfinite(q).all():
+        if not all(map(math.isfinite, q.tolist())):
             raise ConfigurationError(f"configuration: expected finite numbers, got {q}")
         q.setflags(write=False)
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        frames = np.array([placement.homogeneous for placement in self._placements])
         # Columns of data.J are (linear; angular) velocities at the origin of the world.
-        jacobians = shifted_jacobians(
-            self._data.J, velocity_map(q[2]), _MOVES, np.ascontiguousarray(frames[:, :3, 3])
+        frames, jacobians = poses_and_jacobians(
+            self._rotations, self._translations, self._data.J, velocity_map(q[2]), _MOVES
         )
         R_base = frames[0, :3, :3]
         ee_jacobian = (R_base.T @ jacobians[-1].reshape(2, 3, -1)).reshape(6, -1)
