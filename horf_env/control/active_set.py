@@ -23,7 +23,7 @@ from horf_env.types import FloatArray, IntArray
 _VIOLATED = 1e-10
 # A normal of which less than this share (squared) stands out of the active ones depends on them.
 _DEPENDENT = 1e-20
-_MOST_STEPS = 100
+_MOST_STEPS = 100  # none of 60,000 problems of episodes took more than 21
 
 
 class _Active(NamedTuple):

@@ -35,7 +35,7 @@ def test_hot_path_equals_the_paper_form_through_qpsolvers(preset, random_ticks):
     qp = WholeBodyQp(PRESETS[preset].objective, qp._limits, qp._rows)
     for tick in random_ticks(40):
         solution = qp.solve(tick)
-        x = solve_reference(qp.problem(tick), "daqp")
+        x = solve_reference(qp.problem(tick), "daqp", primal_tol=1e-11)
         np.testing.assert_allclose(solution.velocity, x[:9], atol=1e-6)
         np.testing.assert_allclose(solution.slack, x[9:15], atol=1e-6)
         assert solution.row_slack == pytest.approx(x[15], abs=1e-6)
