@@ -23,7 +23,7 @@ from horf_env.types import FloatArray, IntArray
 _VIOLATED = 1e-10
 # A normal of which less than this share (squared) stands out of the active ones depends on them.
 _DEPENDENT = 1e-20
-_MOST_STEPS = 100  # none of 60,000 problems of episodes took more than 21
+_MOST_STEPS = 100  # none of 60,000 problems of episodes took more than 26
 
 
 class _Active(NamedTuple):
@@ -46,7 +46,7 @@ class _Active(NamedTuple):
     slopes: FloatArray
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def minimiser(
     P: FloatArray, c: FloatArray, lower: FloatArray, upper: FloatArray, rows: FloatArray
 ) -> tuple[FloatArray, int, bool]:
@@ -82,7 +82,7 @@ def minimiser(
     return x, _MOST_STEPS, False
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _cholesky(P: FloatArray) -> FloatArray:
     """Lower triangle L with P = L L^T."""
     n = len(P)
@@ -96,7 +96,7 @@ def _cholesky(P: FloatArray) -> FloatArray:
     return L
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _forward(L: FloatArray, b: FloatArray) -> None:
     """Replace b by y of L y = b."""
     for i in range(len(b)):
@@ -105,17 +105,18 @@ def _forward(L: FloatArray, b: FloatArray) -> None:
         b[i] /= L[i, i]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _backward(L: FloatArray, y: FloatArray, x: FloatArray) -> None:
     """Set x to that of L^T x = y."""
-    x[:] = y
-    for i in range(len(x) - 1, -1, -1):
+    n = len(x)
+    for i in range(n - 1, -1, -1):
+        x[i] = y[i]
+        for j in range(i + 1, n):
+            x[i] -= L[j, i] * x[j]
         x[i] /= L[i, i]
-        for j in range(i):
-            x[j] -= L[i, j] * x[i]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _reached(lower: FloatArray, upper: FloatArray, rows: FloatArray) -> IntArray:
     """Rows that some x within the bounds does not keep; the others need not be looked at."""
     n, count = len(lower), 0
@@ -130,7 +131,7 @@ def _reached(lower: FloatArray, upper: FloatArray, rows: FloatArray) -> IntArray
     return reached[:count]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _most_violated(
     x: FloatArray, lower: FloatArray, upper: FloatArray, rows: FloatArray, reached: IntArray
 ) -> tuple[int, float]:
@@ -154,21 +155,20 @@ def _most_violated(
     return worst, most
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _set_normal(normal: FloatArray, constraint: int, rows: FloatArray) -> None:
     """Outward normal: first those of the upper bounds, then of the lower ones, then of the rows."""
     n = len(normal)
-    normal[:] = 0.0
-    if constraint < n:
-        normal[constraint] = 1.0
-    elif constraint < 2 * n:
-        normal[constraint - n] = -1.0
-    else:
-        normal[:] = rows[constraint - 2 * n]
+    row = constraint - 2 * n
+    for i in range(n):
+        normal[i] = rows[row, i] if row >= 0 else 0.0
+    if row >= 0:
         normal[n - 1] = -1.0
+    else:
+        normal[constraint % n] = 1.0 if constraint < n else -1.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _activate(
     normal: FloatArray, violation: float, y: FloatArray, active: _Active, count: int
 ) -> int:
@@ -184,7 +184,7 @@ def _activate(
         rest = _dot(active.out, active.out)
         step = violation / rest if rest > _DEPENDENT * length else np.inf
         taken = min(step, dual_step)
-        if taken == np.inf:
+        if not taken < np.inf:  # nor if it is not a number
             return -1
         multiplier += taken
         for i in range(count):
@@ -200,7 +200,7 @@ def _activate(
         count -= 1
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _dot(a: FloatArray, b: FloatArray) -> float:
     total = 0.0
     for i in range(len(a)):
@@ -208,25 +208,26 @@ def _dot(a: FloatArray, b: FloatArray) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _split(normal: FloatArray, active: _Active, count: int) -> None:
     """Set `out`, `along` and `slopes` = R^-1 along of a normal."""
     Q, R, _, out, along, slopes = active
-    out[:], along[:] = normal, 0.0
+    for i in range(len(normal)):
+        out[i], along[i] = normal[i], 0.0
     for _ in range(2):  # once more: what rounding left along them
         for k in range(count):
             part = _dot(Q[k], out)
             along[k] += part
             for i in range(len(out)):
                 out[i] -= part * Q[k, i]
-    slopes[:] = along
     for i in range(count - 1, -1, -1):
+        slopes[i] = along[i]
+        for j in range(i + 1, count):
+            slopes[i] -= R[i, j] * slopes[j]
         slopes[i] /= R[i, i]
-        for j in range(i):
-            slopes[j] -= R[j, i] * slopes[i]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _first_to_let_go(active: _Active, count: int) -> tuple[int, float]:
     """Place of the multiplier that is the first to reach 0, and after which step."""
     first, step = -1, np.inf
@@ -237,7 +238,7 @@ def _first_to_let_go(active: _Active, count: int) -> tuple[int, float]:
     return first, step
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _append(active: _Active, multiplier: float, length: float, count: int) -> None:
     """Put the normal that was split behind the others; `length` is that of `out`."""
     active.multipliers[count] = multiplier
@@ -248,7 +249,7 @@ def _append(active: _Active, multiplier: float, length: float, count: int) -> No
         active.Q[count, i] = active.out[i] / length
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _remove(place: int, active: _Active, count: int) -> None:
     """Take a constraint out; rotations of Q's rows make R a triangle again."""
     Q, R, multipliers = active.Q, active.R, active.multipliers
@@ -262,7 +263,7 @@ def _remove(place: int, active: _Active, count: int) -> None:
         _rotate(Q, k, c, s, 0, len(Q))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _rotate(A: FloatArray, k: int, c: float, s: float, begin: int, end: int) -> None:
     """Rotate rows k and k + 1 within some columns."""
     for j in range(begin, end):

@@ -113,7 +113,9 @@ def silence(rows: FloatArray) -> None:
         for j in range(9):
             active = active or abs(rows[i, j]) >= _LEAST_GRADIENT
         if not (active and np.isfinite(rows[i, 9])):
-            rows[i, :9], rows[i, 9] = 0.0, INACTIVE
+            for j in range(9):
+                rows[i, j] = 0.0
+            rows[i, 9] = INACTIVE
 
 
 @numba.njit(cache=True)

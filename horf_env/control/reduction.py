@@ -21,7 +21,7 @@ ROW_SLACK_COST = 1e3
 MOST_ROW_SLACK = 1e3  # m/s; a bound that is never reached
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def solved(
     rows: FloatArray,
     box: FloatArray,
@@ -65,7 +65,7 @@ def reduced_qp(
     return ReducedQp(P, c, lower, upper, rows)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _reduced(
     box: FloatArray,
     J: FloatArray,
@@ -87,23 +87,24 @@ def _reduced(
         c[i], lower[i], upper[i] = linear[i], box[0, i], box[1, i]
         for k in range(6):
             c[i] -= slack_weight * J[k, i] * twist[k]
-            for j in range(i + 1):
+            for j in range(9):
                 P[i, j] += slack_weight * J[k, i] * J[k, j]
         P[i, i] += weights[i]
-        P[:i, i] = P[i, :i]
     P[9, 9] = ROW_SLACK_COST
     return P, c, lower, upper
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def expanded(
     x: FloatArray, lower: FloatArray, upper: FloatArray, J: FloatArray, twist: FloatArray
 ) -> FloatArray:
     """Velocity, EE slack and row slack, shape (16,), of x; rounding no longer breaks bounds."""
     full = np.empty(16)
-    full[:9] = np.minimum(np.maximum(x[:9], lower[:9]), upper[:9])
-    full[9:15], full[15] = twist, max(x[9], 0.0)
+    for j in range(9):
+        full[j] = min(max(x[j], lower[j]), upper[j])
     for i in range(6):
+        full[9 + i] = twist[i]
         for j in range(9):
             full[9 + i] -= J[i, j] * full[j]
+    full[15] = max(x[9], 0.0)
     return full

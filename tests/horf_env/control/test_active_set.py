@@ -103,6 +103,12 @@ def test_a_row_that_no_velocity_can_keep_is_up_to_the_slack():
     assert ours(qp).x[9] == pytest.approx(0.1)
 
 
+def test_what_is_not_a_number_is_not_called_solved():
+    qp = random_problem(np.random.default_rng(0), 5)
+    qp.c[3] = np.nan
+    assert ours(qp).x is None
+
+
 def test_bounds_may_be_infinite():
     qp = random_problem(np.random.default_rng(1), 20)
     qp.rows[:, :4] = 0.0
