@@ -21,11 +21,11 @@ INACTIVE = 1.0
 class Rows(Protocol):
     """Linear rows G velocity <= h, all softened by the shared slack."""
 
-    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        """G, shape (m, 9), and h, shape (m,), m/s; m is the same at every tick."""
-
     def names(self) -> tuple[str, ...]:
-        """What each of the m rows stands for."""
+        """What each of the m rows stands for; m is the same at every tick."""
+
+    def fill(self, tick: ControlTick, rows: FloatArray) -> None:
+        """Write (G, h) into memory as it comes, shape (m, 10); h in m/s."""
 
 
 class Avoidance:
@@ -64,74 +64,76 @@ class Avoidance:
         """See `Rows`."""
         return self._names
 
-    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+    def fill(self, tick: ControlTick, rows: FloatArray) -> None:
         """See `Rows`."""
         found = self._witnesses(tick)
-        gain = min(self._gain, 1.0 / tick.dt)
-        G, h = _barrier(
-            found.gradient, found.distance, self._margin, gain, tick.limits.braking, tick.dt
+        _barrier(
+            rows,
+            found.gradient,
+            found.distance,
+            self._margin,
+            self._gain,
+            tick.limits.braking,
+            tick.dt,
         )
-        return G, h
 
 
 PUSH_OUT_SPEED = 0.3  # m/s; not in the paper, fits into the limits of every joint
 
 
 @numba.njit(cache=True)
-def allowed_approach(clearance: FloatArray, gain: float, braking: float, dt: float) -> FloatArray:
+def allowed_approach(room: float, gain: float, braking: float, dt: float) -> float:
     """Greatest speed towards a point with this much room left [m/s].
 
-    The least of the barrier's gain * clearance and of the speed from which the brakes still stop
-    within the clearance after one more step: v dt + v^2 / (2 a) = clearance.
+    The least of the barrier's gain * room and of the speed from which the brakes still stop within
+    the room after one more step: v dt + v^2 / (2 a) = room.
 
     Args:
-        clearance: Distance less the margin, shape (m,), m; negative inside the margin.
-        gain: Barrier gain [1/s].
+        room: Distance less the margin [m]; negative inside the margin.
+        gain: Barrier gain [1/s]; capped at 1/dt, where a step could overshoot.
         braking: Deceleration that can be counted on [m/s^2]; inf for none.
         dt: Duration of a step [s].
     """
-    speed = np.empty_like(clearance)
+    speed = max(min(gain, 1.0 / dt) * room, -PUSH_OUT_SPEED)
     lag = braking * dt
-    for i, room in enumerate(clearance):
-        speed[i] = max(gain * room, -PUSH_OUT_SPEED)
-        if room > 0.0 and np.isfinite(lag):
-            speed[i] = min(speed[i], np.sqrt(lag**2 + 2.0 * braking * room) - lag)
+    if room > 0.0 and np.isfinite(lag):
+        speed = min(speed, np.sqrt(lag**2 + 2.0 * braking * room) - lag)
     return speed
 
 
 @numba.njit(cache=True)
-def silence(G: FloatArray, h: FloatArray) -> None:
+def silence(rows: FloatArray) -> None:
     """Turn rows that can say nothing into rows that always hold, in place.
 
     Args:
-        G: Rows, shape (m, 9).
-        h: Right-hand sides, shape (m,); not finite where there is no point.
+        rows: (G, h), shape (m, 10); h is not finite where there is no point.
     """
-    for i in range(len(h)):
+    for i in range(len(rows)):
         active = False
-        for j in range(G.shape[1]):
-            active = active or abs(G[i, j]) >= _LEAST_GRADIENT
-        if not (active and np.isfinite(h[i])):
-            G[i], h[i] = 0.0, INACTIVE
+        for j in range(9):
+            active = active or abs(rows[i, j]) >= _LEAST_GRADIENT
+        if not (active and np.isfinite(rows[i, 9])):
+            for j in range(9):
+                rows[i, j] = 0.0
+            rows[i, 9] = INACTIVE
 
 
 @numba.njit(cache=True)
 def _barrier(
+    rows: FloatArray,
     gradient: FloatArray,
     distance: FloatArray,
     margin: float,
     gain: float,
     braking: float,
     dt: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Rows (B * K, 9) and (B * K,) of witness points with gradients (B, K, 9)."""
+) -> None:
+    """Rows (B * K, 10) of witness points with gradients (B, K, 9)."""
     n_bodies, count, n = gradient.shape
-    G, clearance = np.empty((n_bodies * count, n)), np.empty(n_bodies * count)
     for b in range(n_bodies):
         for k in range(count):
-            clearance[b * count + k] = distance[b, k] - margin
+            row = rows[b * count + k]
             for j in range(n):
-                G[b * count + k, j] = -gradient[b, k, j]
-    h = allowed_approach(clearance, gain, braking, dt)
-    silence(G, h)
-    return G, h
+                row[j] = -gradient[b, k, j]
+            row[n] = allowed_approach(distance[b, k] - margin, gain, braking, dt)
+    silence(rows)

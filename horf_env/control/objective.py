@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numba
 import numpy as np
@@ -21,8 +20,7 @@ from horf_env.types import FloatArray
 NEAR, FAR = 0.05, 4.0
 
 
-@dataclass(frozen=True)
-class Terms:
+class Terms(NamedTuple):
     """Numbers of the objective at one tick.
 
     Attributes:
@@ -69,6 +67,7 @@ class ScaledObjective:
         return Terms(weights, -pull, self.slack_weight)
 
 
+@numba.njit(cache=True)
 def scaled_weights(base_weight: float, arm_weight: float, position_error: float) -> FloatArray:
     """The paper's lambda_qd = {1 / s_dev, s_dev}, shape (9,).
 
@@ -83,11 +82,15 @@ def scaled_weights(base_weight: float, arm_weight: float, position_error: float)
     return weights
 
 
-def heading_error(tick: ControlTick) -> float:
+@numba.njit(cache=True)
+def heading_error(T_world_base: FloatArray, T_world_ee: FloatArray) -> float:
     """Direction of the end effector as the base sees it, theta_epsilon [rad]."""
-    base, ee = tick.state.T_world_base, tick.state.T_world_ee
-    forward, left = (ee[:3, 3] - base[:3, 3]) @ base[:3, :2]
-    return math.atan2(left, forward)
+    forward, left = 0.0, 0.0
+    for i in range(3):
+        away = T_world_ee[i, 3] - T_world_base[i, 3]
+        forward += away * T_world_base[i, 0]
+        left += away * T_world_base[i, 1]
+    return np.arctan2(left, forward)
 
 
 def pulls(tick: ControlTick, heading_gain: float, manipulability_gain: float) -> FloatArray:
@@ -101,8 +104,9 @@ def pulls(tick: ControlTick, heading_gain: float, manipulability_gain: float) ->
     Returns:
         Shape (9,).
     """
-    turn = heading_gain * heading_error(tick)
-    return np.asarray(_pulls(tick.state.ee_jacobian, turn, manipulability_gain))
+    state = tick.state
+    turn = heading_gain * heading_error(state.T_world_base, state.T_world_ee)
+    return np.asarray(_pulls(state.ee_jacobian, turn, manipulability_gain))
 
 
 @numba.njit(cache=True)

@@ -54,12 +54,18 @@ class PostureObjective:
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""
+        state = tick.state
         weights, linear = _terms(
-            tick.state.configuration[3:],
+            state.configuration,
             tick.velocity,
-            scaled_weights(self.base_weight, self.arm_weight, tick.position_error),
-            (self.base_change_weight, self.arm_change_weight),
-            self.heading_gain * heading_error(tick),
+            state.T_world_base,
+            state.T_world_ee,
+            tick.position_error,
+            self.base_weight,
+            self.arm_weight,
+            self.base_change_weight,
+            self.arm_change_weight,
+            self.heading_gain,
             self.posture_gain,
         )
         return Terms(weights, linear, self.slack_weight)
@@ -67,20 +73,26 @@ class PostureObjective:
 
 @numba.njit(cache=True)
 def _terms(
-    arm: FloatArray,
+    configuration: FloatArray,
     last: FloatArray,
-    weights: FloatArray,
-    change_weights: tuple[float, float],
-    turn: float,
+    T_world_base: FloatArray,
+    T_world_ee: FloatArray,
+    position_error: float,
+    base_weight: float,
+    arm_weight: float,
+    base_change_weight: float,
+    arm_change_weight: float,
+    heading_gain: float,
     posture_gain: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Weights and linear term, both (9,), around a turn of the base and the arm's return."""
-    total, linear = np.empty(9), np.empty(9)
+    weights, linear = scaled_weights(base_weight, arm_weight, position_error), np.empty(9)
+    turn = heading_gain * heading_error(T_world_base, T_world_ee)
     for i in range(9):
-        change, preferred = change_weights[0], turn if i == 1 else 0.0
+        change, preferred = base_change_weight, turn if i == 1 else 0.0
         if i >= 2:
-            change, back = change_weights[1], posture_gain * (ARM_READY[i - 2] - arm[i - 2])
-            preferred = min(max(back, -_FASTEST_RETURN), _FASTEST_RETURN)
-        total[i] = weights[i] + change
+            back = posture_gain * (ARM_READY[i - 2] - configuration[i + 1])
+            change, preferred = arm_change_weight, min(max(back, -_FASTEST_RETURN), _FASTEST_RETURN)
         linear[i] = -weights[i] * preferred - change * last[i]
-    return total, linear
+        weights[i] += change
+    return weights, linear

@@ -6,12 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from horf_env.control.avoidance import Avoidance, Rows
-from horf_env.control.bounds import (
-    AccelerationBounds,
-    JointDampers,
-    LateralAccelerationBounds,
-    SpeedBounds,
-)
+from horf_env.control.bounds import RobotBounds
 from horf_env.control.haviland import HavilandObjective
 from horf_env.control.objective import Objective, ScaledObjective
 from horf_env.control.posture import PostureObjective
@@ -89,9 +84,8 @@ class ControlPreset:
         if self.guard_reach:
             rows.append(UnseenReach(gain=self.unseen_gain, margin=self.unseen_margin))
         # eta, rho_i and rho_s have no values in the paper; Haviland's.
-        dampers = JointDampers(gain=1.0, influence=0.9, stopping=0.1)
-        limits = (SpeedBounds(), AccelerationBounds(), LateralAccelerationBounds(), dampers)
-        return WholeBodyQp(self.objective, limits, rows)
+        limits = RobotBounds(gain=1.0, influence=0.9, stopping=0.1)
+        return WholeBodyQp(self.objective, [limits], rows)
 
     def _obstacle_rows(self) -> Rows:
         return self._avoidance(

@@ -4,37 +4,41 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import qpsolvers
 
 from horf_env.control.avoidance import Rows
-from horf_env.control.bounds import Bounds, combined_bounds, stacked_bounds
+from horf_env.control.bounds import Bounds, combined_bounds
 from horf_env.control.objective import Objective
-from horf_env.control.reduction import ACTIVE, MOST_ROW_SLACK, ROW_SLACK_COST, outcome, reduced
+from horf_env.control.reduction import (
+    MOST_ROW_SLACK,
+    ROW_SLACK_COST,
+    Parts,
+    expanded,
+    reduced_qp,
+    solved,
+)
 from horf_env.control.solvers import DaqpSolver, PiqpSolver, ReducedQp
 from horf_env.control.tick import ControlTick
-from horf_env.types import FloatArray, IntArray
+from horf_env.types import FloatArray
 
 Status = Literal["solved", "fallback", "braking"]
+ACTIVE = 1e-3  # m/s; a row this close to its bound counts as active
 
 
-@dataclass(frozen=True)
-class QpSolution:
+class QpSolution(NamedTuple):
     """What the QP decided, and how.
 
     Attributes:
         velocity: Shape (9,), m/s and rad/s; always finite and within the acceleration limits.
         slack: Part of the twist that is not followed (delta of the paper), shape (6,).
         row_slack: Violation shared by all avoidance rows [m/s]; 0 if all hold.
-        status: "solved" by DAQP, "fallback" by PIQP, or "braking" because neither could.
+        status: "solved" as usual, "fallback" by another solver, or "braking" because none could.
         iterations: Iterations of the solver that answered.
-        room: What the avoidance rows that say anything at this tick have left [m/s]; negative where
-            they are not kept.
-        rows: Places of these rows in `row_names`.
-        row_names: Names of all avoidance rows.
+        rows: (G, h) of all avoidance rows, shape (m, 10).
+        row_names: Their names.
         solve_time: Time to build and solve [s].
     """
 
@@ -43,10 +47,14 @@ class QpSolution:
     row_slack: float
     status: Status
     iterations: int
-    room: FloatArray
-    rows: IntArray
+    rows: FloatArray
     row_names: tuple[str, ...]
     solve_time: float
+
+    @property
+    def room(self) -> FloatArray:
+        """What each row has left, negative where it is not kept, shape (m,), m/s."""
+        return np.asarray(self.rows[:, 9] - self.rows[:, :9] @ self.velocity)
 
     @property
     def active_rows(self) -> tuple[str, ...]:
@@ -59,14 +67,13 @@ class QpSolution:
         return self._named(self.room < -ACTIVE)
 
     def _named(self, mask: np.ndarray) -> tuple[str, ...]:
-        return tuple(self.row_names[i] for i in self.rows[mask])
+        return tuple(self.row_names[i] for i in np.flatnonzero(mask))
 
 
 class WholeBodyQp:
     """The paper's QP over (velocity, EE slack), plus one slack that the avoidance rows share.
 
-    The EE slack delta = twist - J velocity is eliminated for speed, which is exact since it has no
-    bounds here (Haviland bounds it by 10, never reached). `problem` gives the paper's full form.
+    `problem` gives this full form; `solve` has fewer unknowns.
     """
 
     def __init__(
@@ -81,30 +88,25 @@ class WholeBodyQp:
         """
         self._objective, self._limits, self._rows = objective, tuple(limits), tuple(rows)
         self._names = tuple(name for row in self._rows for name in row.names())
-        self._solver, self._fallback = DaqpSolver(), PiqpSolver()
+        ends = np.cumsum([len(row.names()) for row in self._rows]).tolist()
+        self._places = tuple(map(slice, [0, *ends], ends))
+        self._fallbacks = (DaqpSolver(), PiqpSolver())
 
     def solve(self, tick: ControlTick) -> QpSolution:
         """Find the velocity of this tick; always answers, never raises for a hard problem."""
         begin = time.perf_counter()
-        qp, rows = self._reduced(tick)
+        parts = self._parts(tick)
+        x, iterations, found = solved(*parts)
         status: Status = "solved"
-        answer = self._solver.solve(qp)
-        if answer.x is None:
-            status, answer = "fallback", self._fallback.solve(qp)
-        if answer.x is None:
-            status, velocity, row_slack = "braking", braking_velocity(tick), 0.0
-        else:
-            velocity = np.minimum(np.maximum(answer.x[:9], qp.lower[:9]), qp.upper[:9])
-            row_slack = max(float(answer.x[9]), 0.0)
-        slack, room = outcome(velocity, qp.G, qp.upper, tick.state.ee_jacobian, tick.twist)
+        if not found:
+            x, iterations, status = self._otherwise(tick, reduced_qp(*parts))
         return QpSolution(
-            velocity=velocity,
-            slack=slack,
-            row_slack=row_slack,
+            velocity=x[:9],
+            slack=x[9:15],
+            row_slack=float(x[15]),
             status=status,
-            iterations=answer.iterations,
-            room=room,
-            rows=rows,
+            iterations=iterations,
+            rows=parts[0],
             row_names=self._names,
             solve_time=time.perf_counter() - begin,
         )
@@ -116,7 +118,7 @@ class WholeBodyQp:
             Problem in x = (velocity (9), EE slack (6), row slack (1)).
         """
         terms = self._objective.terms(tick)
-        G, h = self._stacked_rows(tick)
+        rows = self._all_rows(tick)
         lower, upper = combined_bounds(self._limits, tick)
         slack_weights = np.full(6, terms.slack_weight)
         P = np.diag(np.concatenate([terms.weights, slack_weights, [ROW_SLACK_COST]]))
@@ -125,34 +127,36 @@ class WholeBodyQp:
         return qpsolvers.Problem(
             P,
             q,
-            np.hstack([G, np.zeros((len(G), 6)), -np.ones((len(G), 1))]),
-            h,
+            np.hstack([rows[:, :9], np.zeros((len(rows), 6)), -np.ones((len(rows), 1))]),
+            rows[:, 9].copy(),
             np.hstack([tick.state.ee_jacobian, np.eye(6), np.zeros((6, 1))]),
             tick.twist,
             np.concatenate([lower, -unbounded, [0.0]]),
             np.concatenate([upper, unbounded, [MOST_ROW_SLACK]]),
         )
 
-    def _reduced(self, tick: ControlTick) -> tuple[ReducedQp, IntArray]:
-        """The problem in x = (velocity (9), row slack (1)), and which rows are part of it."""
+    def _parts(self, tick: ControlTick) -> Parts:
         terms = self._objective.terms(tick)
-        G, h = self._stacked_rows(tick)
-        boxes = stacked_bounds(self._limits, tick)
-        *parts, rows = reduced(
-            G,
-            h,
-            boxes,
-            tick.state.ee_jacobian,
-            tick.twist,
-            terms.weights,
-            terms.linear,
-            terms.slack_weight,
-        )
-        return ReducedQp(*parts), rows
+        rows, box = self._all_rows(tick), combined_bounds(self._limits, tick)
+        return (rows, box, tick.state.ee_jacobian, tick.twist, *terms)
 
-    def _stacked_rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        parts = [row.rows(tick) for row in self._rows]
-        return np.concatenate([G for G, _ in parts]), np.concatenate([h for _, h in parts])
+    def _all_rows(self, tick: ControlTick) -> FloatArray:
+        """(G, h) of all avoidance rows, shape (m, 10)."""
+        table = np.empty((len(self._names), 10))
+        for rows, place in zip(self._rows, self._places, strict=True):
+            rows.fill(tick, table[place])
+        return table
+
+    def _otherwise(self, tick: ControlTick, qp: ReducedQp) -> tuple[FloatArray, int, Status]:
+        """An answer (16,) of slower solvers, or of the brakes; its iterations."""
+        J = tick.state.ee_jacobian
+        for solver in self._fallbacks:
+            answer = solver.solve(qp)
+            if answer.x is not None:
+                x = expanded(answer.x, qp.lower, qp.upper, J, tick.twist)
+                return x, answer.iterations, "fallback"
+        velocity = braking_velocity(tick)
+        return np.concatenate([velocity, tick.twist - J @ velocity, [0.0]]), 0, "braking"
 
 
 def braking_velocity(tick: ControlTick) -> FloatArray:

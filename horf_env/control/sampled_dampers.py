@@ -47,12 +47,11 @@ class SampledDampers:
         """See `Rows`."""
         return self._names
 
-    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
+    def fill(self, tick: ControlTick, rows: FloatArray) -> None:
         """See `Rows`."""
         found = self._witnesses(tick)
         distance = found.distance.ravel()
-        G = -found.gradient.reshape(-1, 9)
-        h = self._gain * (distance - self._stopping) / (self._influence - self._stopping)
-        h[distance > self._influence] = float("inf")
-        silence(G, h)
-        return G, h
+        rows[:, :9] = -found.gradient.reshape(-1, 9)
+        rows[:, 9] = self._gain * (distance - self._stopping) / (self._influence - self._stopping)
+        rows[distance > self._influence, 9] = float("inf")
+        silence(rows)

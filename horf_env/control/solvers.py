@@ -1,4 +1,4 @@
-"""Solvers of the reduced QP: PIQP, and DAQP where it fails."""
+"""Solvers of the reduced QP that are asked where our own gives up: DAQP, then PIQP."""
 
 from __future__ import annotations
 
@@ -13,28 +13,31 @@ from horf_env.types import FloatArray
 
 @dataclass(frozen=True)
 class ReducedQp:
-    """min 1/2 x^T P x + c^T x subject to lower <= (x, G x) <= upper.
-
-    The bounds of the unknowns come first and those of the rows behind them, as DAQP takes them.
+    """What `minimiser` solves.
 
     Attributes:
-        P: Shape (n, n), positive definite.
+        P: Positive definite, shape (n, n).
         c: Shape (n,).
-        G: Shape (m, n).
-        lower: Shape (n + m,); -inf for the rows.
-        upper: Shape (n + m,).
+        lower: Lower bounds, shape (n,).
+        upper: Upper bounds, shape (n,).
+        rows: (g, h) a row, shape (m, n).
     """
 
     P: FloatArray
     c: FloatArray
-    G: FloatArray
     lower: FloatArray
     upper: FloatArray
+    rows: FloatArray
+
+    @property
+    def G(self) -> FloatArray:  # noqa: N802 a matrix
+        """Rows with the coefficient of the slack, shape (m, n)."""
+        return np.hstack([self.rows[:, :-1], -np.ones((len(self.rows), 1))])
 
     @property
     def h(self) -> FloatArray:
-        """Right-hand sides of the rows, shape (m,), a view."""
-        return self.upper[len(self.c) :]
+        """Right-hand sides of the rows, shape (m,)."""
+        return self.rows[:, -1].copy()
 
 
 @dataclass(frozen=True)
@@ -59,9 +62,9 @@ class PiqpSolver:
 
     def solve(self, qp: ReducedQp) -> Answer:
         """Solve; PIQP wants column-major matrices."""
-        solver, n = piqp.DenseSolver(), len(qp.c)
+        solver = piqp.DenseSolver()
         P, G = np.asfortranarray(qp.P), np.asfortranarray(qp.G)
-        solver.setup(P, qp.c, None, None, G, None, qp.h, qp.lower[:n], qp.upper[:n])
+        solver.setup(P, qp.c, None, None, G, None, qp.h, qp.lower, qp.upper)
         solved = solver.solve() == piqp.PIQP_SOLVED
         return Answer(np.array(solver.result.x) if solved else None, int(solver.result.info.iter))
 
@@ -71,5 +74,7 @@ class DaqpSolver:
 
     def solve(self, qp: ReducedQp) -> Answer:
         """Solve from scratch: a start from the last answer would make this one depend on it."""
-        x, _, flag, info = daqp.solve(qp.P, qp.c, qp.G, qp.upper, qp.lower)
+        h = qp.h
+        lower = np.concatenate([qp.lower, np.full(len(h), -np.inf)])
+        x, _, flag, info = daqp.solve(qp.P, qp.c, qp.G, np.concatenate([qp.upper, h]), lower)
         return Answer(np.array(x) if flag == 1 else None, int(info["iterations"]))

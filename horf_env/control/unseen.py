@@ -21,12 +21,10 @@ from horf_env.types import FloatArray
 # Directions around a body, each with one row for its nearest unseen place: four sides and four
 # corners, and one more between each two of them.
 _SECTORS = 16
+_TAN_1, _TAN_3 = float(np.tan(np.pi / 8.0)), float(np.tan(3.0 * np.pi / 8.0))
 _TOUCHING = 1e-6  # m; nearer to the footprint a place has no direction
 # The gripper as a disc around the point between its finger tips [m]: half of the hand's width.
 _HAND_RADIUS = 0.11
-
-_Barrier = tuple[float, float, float, float]
-"""Margin [m], gain [1/s], braking [m/s^2] and duration of a step [s]."""
 
 
 class _UnseenRows(ABC):
@@ -48,14 +46,9 @@ class _UnseenRows(ABC):
         """See `Rows`."""
         return self._names
 
-    def rows(self, tick: ControlTick) -> tuple[FloatArray, FloatArray]:
-        """See `Rows`."""
-        gain = min(self._gain, 1.0 / tick.dt)
-        return self._rows(tick, (self._margin, gain, tick.limits.braking, tick.dt))
-
     @abstractmethod
-    def _rows(self, tick: ControlTick, barrier: _Barrier) -> tuple[FloatArray, FloatArray]:
-        """Rows (16, 9), (16,) of the approach to each direction's nearest place."""
+    def fill(self, tick: ControlTick, rows: FloatArray) -> None:
+        """See `Rows`; rows of the approach to each direction's nearest place."""
 
 
 class UnseenGround(_UnseenRows):
@@ -63,9 +56,17 @@ class UnseenGround(_UnseenRows):
 
     label = "ground"
 
-    def _rows(self, tick: ControlTick, barrier: _Barrier) -> tuple[FloatArray, FloatArray]:
-        G, h = _ground_rows(tick.unseen, tick.state.T_world_base, FOOTPRINT, barrier)
-        return G, h
+    def fill(self, tick: ControlTick, rows: FloatArray) -> None:
+        """See `Rows`."""
+        _ground_rows(
+            rows,
+            tick.unseen,
+            tick.state.T_world_base,
+            self._margin,
+            self._gain,
+            tick.limits.braking,
+            tick.dt,
+        )
 
 
 class UnseenReach(_UnseenRows):
@@ -77,82 +78,124 @@ class UnseenReach(_UnseenRows):
 
     label = "reach"
 
-    def _rows(self, tick: ControlTick, barrier: _Barrier) -> tuple[FloatArray, FloatArray]:
+    def fill(self, tick: ControlTick, rows: FloatArray) -> None:
+        """See `Rows`."""
         state = tick.state
-        J = state.T_world_base[:2, :2] @ state.ee_jacobian[:2]
-        G, h = _reach_rows(tick.unseen, state.T_world_ee, J, barrier)
-        return G, h
+        _reach_rows(
+            rows,
+            tick.unseen,
+            state.T_world_base,
+            state.T_world_ee,
+            state.ee_jacobian,
+            self._margin + _HAND_RADIUS,
+            self._gain,
+            tick.limits.braking,
+            tick.dt,
+        )
 
 
 @numba.njit(cache=True)
 def _ground_rows(
+    rows: FloatArray,
     places: FloatArray,
     T_world_base: FloatArray,
-    footprint: tuple[float, float, float, float],
-    barrier: _Barrier,
-) -> tuple[FloatArray, FloatArray]:
-    """Rows (16, 9), (16,) of the base's approach to the nearest place of each sector.
+    margin: float,
+    gain: float,
+    braking: float,
+    dt: float,
+) -> None:
+    """Rows (16, 10) of the base's approach to the nearest place of each sector.
 
     Args:
+        rows: To be written.
         places: In the world, shape (M, 2), m.
         T_world_base: Pose of the base, shape (4, 4).
-        footprint: See `FOOTPRINT`.
-        barrier: See `_Barrier`.
+        margin: Distance that is kept [m].
+        gain: Barrier gain [1/s].
+        braking: See `allowed_approach`.
+        dt: Duration of a step [s].
     """
-    G, nearest = np.zeros((_SECTORS, 9)), np.full(_SECTORS, np.inf)
+    nearest = np.full(_SECTORS, np.inf)
+    rows[:] = 0.0
     c, s = T_world_base[0, 0], T_world_base[1, 0]
+    back, front, right, left = FOOTPRINT
     for i in range(len(places)):
         dx, dy = places[i, 0] - T_world_base[0, 3], places[i, 1] - T_world_base[1, 3]
         x, y = c * dx + s * dy, c * dy - s * dx
-        away_x = x - min(max(x, footprint[0]), footprint[1])
-        away_y = y - min(max(y, footprint[2]), footprint[3])
-        distance = np.sqrt(away_x * away_x + away_y * away_y)
-        sector = _sector(x, y)
-        if _TOUCHING < distance < nearest[sector]:
-            nearest[sector] = distance
+        away_x, away_y = x - min(max(x, back), front), y - min(max(y, right), left)
+        squared, sector = away_x * away_x + away_y * away_y, _sector(x, y)
+        if _TOUCHING**2 < squared < nearest[sector]:
+            nearest[sector] = squared
             # A point of the base moves with (v - omega y, omega x).
-            G[sector, 0] = away_x / distance
-            G[sector, 1] = (away_y * x - away_x * y) / distance
-    return G, _allowed(G, nearest, barrier)
+            rows[sector, 0], rows[sector, 1] = away_x, away_y * x - away_x * y
+    _allow(rows, nearest, margin, gain, braking, dt)
 
 
 @numba.njit(cache=True)
 def _reach_rows(
-    places: FloatArray, T_world_ee: FloatArray, J: FloatArray, barrier: _Barrier
-) -> tuple[FloatArray, FloatArray]:
-    """Rows (16, 9), (16,) of the gripper's approach to the nearest place of each sector.
+    rows: FloatArray,
+    places: FloatArray,
+    T_world_base: FloatArray,
+    T_world_ee: FloatArray,
+    ee_jacobian: FloatArray,
+    margin: float,
+    gain: float,
+    braking: float,
+    dt: float,
+) -> None:
+    """Rows (16, 10) of the gripper's approach to the nearest place of each sector.
 
     Args:
+        rows: To be written.
         places: In the world, shape (M, 2), m.
+        T_world_base: Pose of the base, shape (4, 4).
         T_world_ee: Pose of the gripper, shape (4, 4).
-        J: Its velocity in the world for each velocity, shape (2, 9).
-        barrier: See `_Barrier`.
+        ee_jacobian: Its twist in the axes of the base for each velocity, shape (6, 9).
+        margin: Distance of its middle that is kept [m].
+        gain: Barrier gain [1/s].
+        braking: See `allowed_approach`.
+        dt: Duration of a step [s].
     """
-    G, nearest = np.zeros((_SECTORS, 9)), np.full(_SECTORS, np.inf)
+    nearest, towards = np.full(_SECTORS, np.inf), np.zeros((_SECTORS, 2))
     for i in range(len(places)):
         dx, dy = places[i, 0] - T_world_ee[0, 3], places[i, 1] - T_world_ee[1, 3]
-        distance = np.sqrt(dx * dx + dy * dy)
-        sector = _sector(dx, dy)
-        if _TOUCHING < distance < nearest[sector]:
-            nearest[sector] = distance
-            for j in range(J.shape[1]):
-                G[sector, j] = (dx * J[0, j] + dy * J[1, j]) / distance
-    return G, _allowed(G, nearest - _HAND_RADIUS, barrier)
+        squared, sector = dx * dx + dy * dy, _sector(dx, dy)
+        if _TOUCHING**2 < squared < nearest[sector]:
+            nearest[sector], towards[sector, 0], towards[sector, 1] = squared, dx, dy
+    c, s = T_world_base[0, 0], T_world_base[1, 0]
+    for sector in range(_SECTORS):
+        dx, dy = towards[sector]
+        x, y = c * dx + s * dy, c * dy - s * dx
+        for j in range(ee_jacobian.shape[1]):
+            rows[sector, j] = x * ee_jacobian[0, j] + y * ee_jacobian[1, j]
+    _allow(rows, nearest, margin, gain, braking, dt)
 
 
 @numba.njit(cache=True)
-def _allowed(G: FloatArray, distance: FloatArray, barrier: _Barrier) -> FloatArray:
-    """Right-hand sides; rows that say nothing are silenced.
+def _allow(
+    rows: FloatArray, squared: FloatArray, margin: float, gain: float, braking: float, dt: float
+) -> None:
+    """Divide rows by the distances whose squares are given, and write right-hand sides.
 
     Nearer than the margin the robot may stay; it need not back off.
     """
-    margin, gain, braking, dt = barrier
-    h = np.maximum(allowed_approach(distance - margin, gain, braking, dt), 0.0)
-    silence(G, h)
-    return h
+    for i in range(len(rows)):
+        distance = np.sqrt(squared[i])
+        for j in range(9):
+            rows[i, j] /= distance
+        rows[i, 9] = max(allowed_approach(distance - margin, gain, braking, dt), 0.0)
+    silence(rows)
 
 
 @numba.njit(cache=True)
 def _sector(x: float, y: float) -> int:
-    """Number of the direction in which (x, y) lies."""
-    return int((np.arctan2(y, x) / (2.0 * np.pi) + 1.0) * _SECTORS) % _SECTORS
+    """Number of the direction in which (x, y) lies: 0 from the x axis on, to the left.
+
+    By comparisons, for there are hundreds of places a tick and an arctangent is slow.
+    """
+    first = 0
+    if y < 0.0 or (y == 0.0 and x < 0.0):
+        first, x, y = 8, -x, -y
+    if x <= 0.0:
+        first, x, y = first + 4, y, -x
+    return first + int(y >= _TAN_1 * x) + int(y >= x) + int(y >= _TAN_3 * x)

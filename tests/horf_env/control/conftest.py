@@ -57,3 +57,15 @@ def random_ticks(make_tick):
             yield make_tick(integrate(q, velocity, DT), points, twist, velocity=velocity)
 
     return ticks
+
+
+@pytest.fixture(scope="session")
+def filled():
+    """G and h of rows at a tick, written into memory that held something else."""
+
+    def fill(rows, tick):
+        table = np.full((len(rows.names()), 10), np.nan)
+        rows.fill(tick, table)
+        return table[:, :9], table[:, 9]
+
+    return fill

@@ -4,15 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from horf_env.control import PRESETS, control_preset
-from horf_env.control.avoidance import INACTIVE, silence
-from horf_env.control.qp import WholeBodyQp
-from horf_env.control.reduction import ACTIVE, reduced
+from horf_env.control.qp import ACTIVE, WholeBodyQp
 from horf_env.control.reference import solve_reference
-from horf_env.control.solvers import Answer, DaqpSolver, PiqpSolver, ReducedQp
+from horf_env.control.solvers import Answer, DaqpSolver, PiqpSolver
 from horf_env.errors import SolverError, UnknownNameError
 from horf_env.robot import ARM_READY
 
@@ -27,6 +23,11 @@ class Broken:
         return Answer(None, 0)
 
 
+def give_up(monkeypatch):
+    """Our own solver finds nothing any more."""
+    monkeypatch.setattr("horf_env.control.qp.solved", lambda *_: (np.full(16, np.nan), 0, False))
+
+
 @pytest.mark.parametrize("preset", PRESETS)
 def test_hot_path_equals_the_paper_form_through_qpsolvers(preset, random_ticks):
     qp = control_preset("default").whole_body_qp()
@@ -34,7 +35,7 @@ def test_hot_path_equals_the_paper_form_through_qpsolvers(preset, random_ticks):
     qp = WholeBodyQp(PRESETS[preset].objective, qp._limits, qp._rows)
     for tick in random_ticks(40):
         solution = qp.solve(tick)
-        x = solve_reference(qp.problem(tick), "daqp")
+        x = solve_reference(qp.problem(tick), "daqp", primal_tol=1e-11)
         np.testing.assert_allclose(solution.velocity, x[:9], atol=1e-6)
         np.testing.assert_allclose(solution.slack, x[9:15], atol=1e-6)
         assert solution.row_slack == pytest.approx(x[15], abs=1e-6)
@@ -86,86 +87,50 @@ def test_conflicting_obstacles_still_have_an_answer(make_tick):
     assert set(solution.violated_rows) <= set(solution.active_rows)
 
 
-@settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), silent=st.floats(0.0, 1.0))
-def test_rows_that_say_nothing_do_not_change_a_digit_of_the_answer(seed, silent):
-    rng = np.random.default_rng(seed)
-    rows, h = rng.normal(size=(60, 9)), rng.uniform(-0.3, 1.0, 60)
-    silence(rows, np.where(rng.random(60) < silent, np.inf, h))
-    h = np.where(rows.any(axis=1), h, INACTIVE)
-    boxes = np.concatenate([rng.uniform(-2.0, -0.1, 9), rng.uniform(0.1, 2.0, 9)])
-    J, twist, linear = rng.normal(size=(6, 9)), rng.normal(size=6), rng.normal(size=9)
-    P, c, G, lower, upper, kept = reduced(rows, h, boxes, J, twist, np.ones(9), linear, 10.0)
-    with_all = ReducedQp(
-        P,
-        c,
-        np.hstack([rows, -np.ones((60, 1))]),
-        np.concatenate([lower[:10], np.full(60, -np.inf)]),
-        np.concatenate([upper[:10], h]),
-    )
-    few, all_ = (DaqpSolver().solve(qp).x for qp in (ReducedQp(P, c, G, lower, upper), with_all))
-    np.testing.assert_array_equal(few, all_)
-    np.testing.assert_array_equal(kept, np.flatnonzero(rows.any(axis=1)))
-
-
-def test_a_row_that_no_velocity_can_keep_stays_in_the_problem():
-    rows, h = np.zeros((2, 9)), np.array([-0.1, INACTIVE])
-    box, linear = np.concatenate([-np.ones(9), np.ones(9)]), np.zeros(9)
-    *_, kept = reduced(rows, h, box, np.zeros((6, 9)), np.zeros(6), np.ones(9), linear, 1.0)
-    np.testing.assert_array_equal(kept, [0])
-
-
 def test_the_names_are_those_of_all_rows_near_their_bounds(random_ticks):
     qp = control_preset("default").whole_body_qp()
-    left_out = 0
     for tick in random_ticks(40, seed=3):
         solution, problem = qp.solve(tick), qp.problem(tick)
         room = problem.h - problem.G[:, :9] @ solution.velocity
         names = solution.row_names
+        np.testing.assert_allclose(solution.room, room, atol=1e-12)
         assert solution.active_rows == tuple(names[i] for i in np.flatnonzero(room < ACTIVE))
         assert solution.violated_rows == tuple(names[i] for i in np.flatnonzero(room < -ACTIVE))
-        left_out += len(names) - len(solution.rows)
-    assert left_out > 500
 
 
-def test_a_problem_without_any_row_has_an_answer(make_tick):
+def test_a_problem_without_any_row_has_an_answer(make_tick, monkeypatch):
     qp = control_preset("paper").whole_body_qp()
-    qp = WholeBodyQp(qp._objective, qp._limits, qp._rows[:1])
+    qp = WholeBodyQp(qp._objective, qp._limits, [])
     tick = make_tick(QR, NO_POINTS, np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0]))
     solution = qp.solve(tick)
     assert (solution.status, len(solution.rows), solution.active_rows) == ("solved", 0, ())
-    qp._solver = Broken()
-    np.testing.assert_allclose(qp.solve(tick).velocity, solution.velocity, atol=2e-3)
+    for solver in (DaqpSolver(), PiqpSolver()):
+        give_up(monkeypatch)
+        qp._fallbacks = (solver,)
+        fallback = qp.solve(tick)
+        assert fallback.status == "fallback"
+        np.testing.assert_allclose(fallback.velocity, solution.velocity, atol=2e-3)
 
 
-def test_fallback_and_braking(random_ticks):
+def test_fallback_and_braking(random_ticks, monkeypatch):
     qp = control_preset("default").whole_body_qp()
     (tick,) = random_ticks(1, seed=5)
     expected = qp.solve(tick)
-    qp._solver = Broken()
-    fallback = qp.solve(tick)
-    assert fallback.status == "fallback"
-    np.testing.assert_allclose(fallback.velocity, expected.velocity, atol=2e-3)
-    qp._fallback = Broken()
+    give_up(monkeypatch)
+    for fallbacks in (qp._fallbacks, (Broken(), PiqpSolver())):
+        qp._fallbacks = fallbacks
+        fallback = qp.solve(tick)
+        assert fallback.status == "fallback"
+        np.testing.assert_allclose(fallback.velocity, expected.velocity, atol=2e-3)
+        np.testing.assert_allclose(fallback.slack, expected.slack, atol=2e-3)
+    qp._fallbacks = (Broken(), Broken())
     braking = qp.solve(tick)
     assert braking.status == "braking"
     assert (np.abs(braking.velocity) <= np.abs(tick.velocity)).all()
     change = np.abs(braking.velocity - tick.velocity)
     assert (change <= tick.limits.acceleration * tick.dt + 1e-12).all()
-
-
-def test_solvers_agree_and_report_infeasible_problems(random_ticks):
-    qp = control_preset("default").whole_body_qp()
-    piqp, daqp = PiqpSolver(), DaqpSolver()
-    for tick in random_ticks(10, seed=7):
-        reduced, _ = qp._reduced(tick)
-        np.testing.assert_allclose(piqp.solve(reduced).x, daqp.solve(reduced).x, atol=2e-3)
-    # Rows that no slack can satisfy: the slack's own bounds are turned around.
-    impossible, _ = qp._reduced(tick)
-    impossible.G[:] = 0.0
-    impossible.h[:] = -1.0
-    assert PiqpSolver().solve(impossible).x is None
-    assert daqp.solve(impossible).x is None
+    left = tick.twist - tick.state.ee_jacobian @ braking.velocity
+    np.testing.assert_allclose(braking.slack, left)
 
 
 def test_a_fast_base_does_not_turn_sharply(make_tick):

@@ -55,11 +55,11 @@ def test_samples_never_see_less_distance_than_there_is(robot, sdf, samples):
     assert (found.distance[:, 1:] >= found.distance[:, :-1]).all()
 
 
-def test_rows_equal_the_change_of_the_sampled_distances(robot, samples, dampers):
+def test_rows_equal_the_change_of_the_sampled_distances(robot, samples, dampers, filled):
     points = cloud()
     rng = np.random.default_rng(0)
     before = samples.witnesses(points, robot.state(QR))
-    G, h = dampers.rows(Tick(points, robot.state(QR)))
+    G, h = filled(dampers, Tick(points, robot.state(QR)))
     near = (before.distance < 0.3).ravel()
     assert near.sum() > 10
     for _ in range(5):
@@ -79,7 +79,7 @@ def test_rows_equal_the_change_of_the_sampled_distances(robot, samples, dampers)
     assert (G[~near] == 0.0).all()
 
 
-def test_no_points_no_rows(robot, dampers):
-    G, h = dampers.rows(Tick(np.zeros((0, 3)), robot.state(QR)))
+def test_no_points_no_rows(robot, dampers, filled):
+    G, h = filled(dampers, Tick(np.zeros((0, 3)), robot.state(QR)))
     assert (G == 0.0).all()
     assert (h == 1.0).all()

@@ -64,16 +64,16 @@ def test_gradient_of_the_distance(witnesses):
     # sqrt(0.025^2 + 2 x 0.5 x 0.15) - 0.025 = 0.3631 m/s, which allows more.
     [("paper", 0.3), ("ld60", 0.3)],
 )
-def test_row_of_the_second_link(state, witnesses, limits, allowed):
+def test_row_of_the_second_link(filled, witnesses, limits, allowed):
     rows = avoidance(witnesses, gain=2.0)
-    G, h = rows.rows(SimpleNamespace(limits=LIMITS[limits], dt=0.05))
+    G, h = filled(rows, SimpleNamespace(limits=LIMITS[limits], dt=0.05))
     np.testing.assert_allclose(G[1, :2], [0.5, 0.5])
     assert h[1] == pytest.approx(allowed)
     assert not G[0].any()
     assert rows.names() == ("obstacle first 0", "obstacle second 0")
 
 
-def test_brakes_bound_the_row_where_the_gain_allows_more(witnesses):
+def test_brakes_bound_the_row_where_the_gain_allows_more(filled, witnesses):
     rows = avoidance(witnesses, gain=4.0)
-    _, h = rows.rows(SimpleNamespace(limits=LIMITS["ld60"], dt=0.05))
+    _, h = filled(rows, SimpleNamespace(limits=LIMITS["ld60"], dt=0.05))
     assert h[1] == pytest.approx(0.3631, abs=1e-4)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from horf_env.control.unseen import UnseenGround, UnseenReach
+from horf_env.control.unseen import UnseenGround, UnseenReach, _sector
 from horf_env.robot import ARM_READY, integrate
 from horf_env.robot.footprint import FOOTPRINT
 
@@ -26,11 +26,11 @@ def distance(configuration, place):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_rows_are_the_rate_of_the_distance(make_tick, seed):
+def test_rows_are_the_rate_of_the_distance(make_tick, filled, seed):
     rng = np.random.default_rng(seed)
     place, base = rng.uniform(-1.5, 1.5, 2), rng.uniform(-0.2, 0.2, 3)
     tick = tick_with(make_tick, [place], base)
-    G, _ = ROWS.rows(tick)
+    G, _ = filled(ROWS, tick)
     row = G[np.abs(G).max(axis=1) > 0]
     if distance(tick.state.configuration, place) == 0.0:
         assert len(row) == 0
@@ -43,38 +43,38 @@ def test_rows_are_the_rate_of_the_distance(make_tick, seed):
     assert row[0] @ velocity == pytest.approx(-rate, abs=1e-6)
 
 
-def test_only_the_nearest_place_of_a_direction_counts(make_tick):
-    G, h = ROWS.rows(tick_with(make_tick, [[-1.5, 0.01], [-0.6, 0.01], [-0.9, 0.01]]))
+def test_only_the_nearest_place_of_a_direction_counts(make_tick, filled):
+    G, h = filled(ROWS, tick_with(make_tick, [[-1.5, 0.01], [-0.6, 0.01], [-0.9, 0.01]]))
     active = np.flatnonzero(np.abs(G).max(axis=1))
     assert len(active) == 1
     assert h[active[0]] <= 2.0 * (0.25 - 0.03)
 
 
-def test_reversing_is_limited_and_driving_on_is_not(make_tick):
-    G, h = ROWS.rows(tick_with(make_tick, [[-0.5, 0.0], [-0.5, 0.1], [-0.5, -0.1]]))
+def test_reversing_is_limited_and_driving_on_is_not(make_tick, filled):
+    G, h = filled(ROWS, tick_with(make_tick, [[-0.5, 0.0], [-0.5, 0.1], [-0.5, -0.1]]))
     assert (G @ [1.0, *np.zeros(8)] <= h).all()
     assert not (G @ [-1.0, *np.zeros(8)] <= h).all()
 
 
-def test_standing_still_is_always_allowed(make_tick):
+def test_standing_still_is_always_allowed(make_tick, filled):
     places = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
-    _, h = ROWS.rows(tick_with(make_tick, places))
+    _, h = filled(ROWS, tick_with(make_tick, places))
     assert (h >= 0.0).all()
 
 
-def test_without_unseen_ground_nothing_is_said(make_tick):
-    G, h = ROWS.rows(tick_with(make_tick, np.empty((0, 2))))
+def test_without_unseen_ground_nothing_is_said(make_tick, filled):
+    G, h = filled(ROWS, tick_with(make_tick, np.empty((0, 2))))
     assert not G.any()
     assert (h > 0.0).all()
     assert len(ROWS.names()) == len(h)
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_rows_of_the_gripper_are_the_rate_of_its_distance(make_tick, robot, seed):
+def test_rows_of_the_gripper_are_the_rate_of_its_distance(make_tick, filled, robot, seed):
     rng = np.random.default_rng(seed)
     place, base = rng.uniform(-1.5, 1.5, 2), rng.uniform(-0.2, 0.2, 3)
     tick = tick_with(make_tick, [place], base)
-    G, _ = REACH.rows(tick)
+    G, _ = filled(REACH, tick)
     row = G[np.abs(G).max(axis=1) > 0]
     assert row.shape == (1, 9)
     velocity, step = rng.uniform(-1, 1, 9), 1e-6
@@ -87,12 +87,21 @@ def test_rows_of_the_gripper_are_the_rate_of_its_distance(make_tick, robot, seed
     assert row[0] @ velocity == pytest.approx(-rate, abs=1e-6)
 
 
-def test_the_gripper_may_not_swing_into_the_unseen_but_may_draw_back(make_tick):
+def test_the_gripper_may_not_swing_into_the_unseen_but_may_draw_back(make_tick, filled):
     tick = tick_with(make_tick, np.empty((0, 2)))
     x, y = tick.state.T_world_ee[:2, 3]
-    G, h = REACH.rows(replace(tick, unseen=np.array([[x, y + 0.2]])))
+    G, h = filled(REACH, replace(tick, unseen=np.array([[x, y + 0.2]])))
     sideways = np.zeros(9)
     sideways[2] = 1.0  # the arm's first joint turns it to the left
     assert not (G @ sideways <= h).all()
     assert (G @ -sideways <= h).all()
     assert (h >= 0.0).all()
+
+
+def test_a_direction_is_a_sixteenth_of_the_turn_from_the_x_axis_on():
+    angles = np.arange(0.0, 2.0 * np.pi, 0.01)
+    found = [_sector(2.0 * np.cos(angle), 2.0 * np.sin(angle)) for angle in angles]
+    np.testing.assert_array_equal(found, np.floor(angles / (np.pi / 8.0)))
+    sides = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
+    assert [_sector(float(x), float(y)) for x, y in sides] == list(range(0, 16, 2))
+    assert (_sector(-1.0, -0.0), _sector(1.0, -0.0)) == (8, 0)
