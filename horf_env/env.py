@@ -362,7 +362,7 @@ def _observation_space(
     if map_view:
         parts["map"] = spaces.Box(0, 255, (CHANNELS, CELLS, CELLS), np.uint8)
     if guide:
-        parts["guide"] = spaces.Box(-np.inf, np.inf, (GUIDE_SIZE,), np.float32)
+        parts["guide"] = spaces.Box(-_WORLD_EXTENT, _WORLD_EXTENT, (GUIDE_SIZE,), np.float32)
     return spaces.Dict(parts)
 
 

@@ -26,7 +26,7 @@ _ARM_BONUS = 0.1  # m; the arm yields, the base does not
 # A metre beyond the map, and what leaving it costs at least: it is not known what is there.
 _OUTSIDE, _LEAVING = 1.2, 1.0
 _ROUNDS, _CONVERGED = 8, 1e-3  # m
-_FAR = 1e3  # m
+_FAR = 100.0  # m; more than any way on the map costs
 
 
 @numba.njit(cache=True)
