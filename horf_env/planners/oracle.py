@@ -51,6 +51,22 @@ class KnownEnv(Protocol):
     T_world_goal: FloatArray
 
 
+class Ways(Protocol):
+    """Ways of the base to where it can reach the goal; see `Route`."""
+
+    def ahead(self, position: FloatArray, distance: float) -> tuple[FloatArray, float]:
+        """A point on the way (2,) [m], and the length of way up to it [m]."""
+
+    def cost(self, position: FloatArray) -> float:
+        """Of the way to the goal [m]."""
+
+    def clearance(self, position: FloatArray) -> float:
+        """Least distance to what base or arm could hit [m]."""
+
+    def discourage(self, position: FloatArray) -> None:
+        """Prefer ways and places to stand that are not near a place (2,) [m]."""
+
+
 class OraclePlanner:
     """Shortest way on the true scene, then a servo in two stages."""
 
@@ -64,9 +80,12 @@ class OraclePlanner:
         """See `Planner`."""
         self._env = cast(KnownEnv, env.unwrapped)
         self._goal = self._env.T_world_goal
-        self._route = Route(self._env.scene, self._goal)
+        self._route = self._plan(self._env)
         self._scale = self._env.limits.twist_scale
         self._stage, self._patience = "drive", Patience(_PATIENCE)
+
+    def _plan(self, env: KnownEnv) -> Ways:
+        return Route(env.scene, env.T_world_goal)
 
     def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
         """See `Planner`.

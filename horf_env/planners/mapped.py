@@ -1,0 +1,60 @@
+"""The oracle's way of driving and reaching, with the robot's own map in place of the true scene.
+
+Not in the paper. It knows nothing that a policy could not know: what the camera has shown, the goal
+and its own joints.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from horf_env.perception import Guide
+from horf_env.planners.oracle import KnownEnv, OraclePlanner
+from horf_env.types import FloatArray
+
+_ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm
+_BLOCK_HEIGHT = 0.2  # m; a place that is to be avoided counts as an obstacle for the base
+
+
+class MappedRoute:
+    """Ways on the robot's own map, planned anew at every step."""
+
+    def __init__(self, env: KnownEnv) -> None:
+        """Start without anything to avoid.
+
+        Args:
+            env: Gives the robot's state and known obstacle points.
+        """
+        self._env, self._guide = env, Guide(env.T_world_goal)
+        self._avoided = np.empty((0, 3))
+
+    def ahead(self, position: FloatArray, distance: float) -> tuple[FloatArray, float]:
+        """Point on the way from where the base is, at most 0.8 m ahead; see `Route.ahead`."""
+        view, T = self._view(), self._env.record.state.T_world_base
+        along = view[9:11] * min(distance / max(float(view[11]), 1e-9), 1.0)
+        return T[:2, 3] + T[:2, :2] @ along, min(float(view[11]), distance)
+
+    def cost(self, position: FloatArray) -> float:
+        """Of the way from where the base is to the goal [m]."""
+        return float(self._view()[12])
+
+    def clearance(self, position: FloatArray) -> float:
+        """Least distance of a base centre (2,) to known obstacles, seen from above [m]."""
+        points = self._env.record.points
+        near = points[points[:, 2] < _ARM_HEIGHT, :2] - position
+        return float(np.sqrt((near**2).sum(axis=1).min(initial=np.inf)))
+
+    def discourage(self, position: FloatArray) -> None:
+        """Take a place (2,) [m] for blocked."""
+        self._avoided = np.vstack([self._avoided, [*position, _BLOCK_HEIGHT]])
+
+    def _view(self) -> FloatArray:
+        points = np.concatenate([self._env.record.points, self._avoided])
+        return self._guide.view(points, self._env.record.state.T_world_base)
+
+
+class MappedPlanner(OraclePlanner):
+    """Shortest way on the own map, then the oracle's approach."""
+
+    def _plan(self, env: KnownEnv) -> MappedRoute:
+        return MappedRoute(env)

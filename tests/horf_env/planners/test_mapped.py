@@ -1,0 +1,39 @@
+"""The planner that knows the robot's own map only."""
+
+import gymnasium as gym
+import numpy as np
+
+import horf_env  # noqa: F401  registers the environment
+from horf_env.planners import PLANNERS, MappedPlanner
+
+
+def test_reaches_a_goal_with_what_the_camera_has_shown():
+    env = gym.make("horf/Reach-v0", scene="doorway", perception="camera")
+    planner = MappedPlanner()
+    observation, info = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    planner.reset(env)
+    done = False
+    while not done:
+        observation, _, terminated, truncated, info = env.step(planner.act(observation))
+        done = terminated or truncated
+    env.close()
+    assert info["is_success"]
+    assert not info["is_collision"]
+
+
+def test_does_not_look_at_the_true_scene():
+    env = gym.make("horf/Reach-v0", scene="forest", perception="camera")
+    actions = []
+    for hidden in (False, True):
+        planner = MappedPlanner()
+        observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+        if hidden:
+            env.unwrapped.scene = None
+        planner.reset(env)
+        actions.append(planner.act(observation))
+    env.close()
+    np.testing.assert_array_equal(*actions)
+
+
+def test_is_a_planner_by_name():
+    assert PLANNERS["mapped"] is MappedPlanner
