@@ -93,7 +93,7 @@ class Algorithm(BaseModel):
         import_path: "module:Class".
         kind: Which shared arguments it takes.
         action_noise: Standard deviation of Gaussian noise on actions; 0 for none.
-        is_taught: Whether it learns from what the oracle would do.
+        is_taught: Whether it learns from what a planner would do.
         settings: Its own arguments, before those that it shares.
     """
 

@@ -128,9 +128,9 @@ class TrainConfig(BaseModel):
         self.env.check()
         arguments = self.arguments()
         entry = catalogue().algorithm(self.algo)
-        asks_oracle = entry.is_taught or self.guided_steps or self.hand_over
-        if asks_oracle and self.env.action_layer != OraclePlanner.action_layer:
-            cure = f"the oracle that shows how needs {OraclePlanner.action_layer}"
+        is_shown = entry.is_taught or self.guided_steps or self.hand_over
+        if is_shown and self.env.action_layer != OraclePlanner.action_layer:
+            cure = f"the planner that shows how needs {OraclePlanner.action_layer}"
             raise SettingError("env.action_layer", cure)
         plain = entry.kind == "off_policy" and not entry.is_taught
         if self.guided_steps and (not plain or self.n_envs > 1):

@@ -1,7 +1,8 @@
 """Training episodes in which a teacher and the learner drive in turns.
 
 The teacher is the planner `mapped`, not the oracle: where the true way is not the one that the own
-map suggests, nothing that the learner sees tells the oracle's action, and it learns scenes by heart.
+map suggests, nothing that the learner sees tells the oracle's action; it would learn scenes by
+heart.
 """
 
 from __future__ import annotations

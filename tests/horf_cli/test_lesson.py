@@ -1,4 +1,4 @@
-"""Episodes in which oracle and learner drive in turns."""
+"""Episodes in which teacher and learner drive in turns."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ STILL = np.zeros(6, np.float32)
 
 
 def lesson(seed, steps):
-    """What was done and what the oracle would have done while the learner stands still."""
+    """What was done and what the teacher would have done while the learner stands still."""
     env = Lesson(make_env(SETTINGS))
     env.reset(seed=seed)
     infos = [env.step(STILL)[-1] for _ in range(steps)]
@@ -26,7 +26,7 @@ def lesson(seed, steps):
     return (np.stack([info[key] for info in infos]) for key in (TAKEN_ACTION, TEACHER_ACTION))
 
 
-def test_both_drive_and_the_oracle_always_speaks():
+def test_both_drive_and_the_teacher_always_speaks():
     taken, teacher = lesson(seed=0, steps=300)
     assert taken.shape == teacher.shape == (300, 6)
     assert taken.dtype == np.float32
@@ -56,7 +56,7 @@ def test_the_episode_can_be_repeated():
 
 
 @pytest.mark.parametrize("changes", [{"guided_steps": 10}, {"env": VELOCITIES}])
-def test_what_the_oracle_cannot_teach_is_refused(changes):
+def test_what_the_teacher_cannot_teach_is_refused(changes):
     with pytest.raises(SettingError):
         TrainConfig(algo="dagger", steps=50, **changes).check()
 
