@@ -12,15 +12,13 @@ import numpy as np
 
 from horf_env.perception.way import CELL, way
 from horf_env.robot.footprint import BASE_HEIGHT
-from horf_env.robot.reachability import joint_margin
+from horf_env.robot.reachability import standing_cost
 from horf_env.types import FloatArray
 
 GUIDE_SIZE: Final = 13
 """Numbers of a guide."""
 
 _REACH = 1.3  # m; beyond this no arm reaches a goal from a place
-# Places to stand: least joint margin [rad], what is enough, and m of way for each rad less.
-_LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
 
 
 class Guide:
@@ -37,9 +35,7 @@ class Guide:
         steps = np.arange(int(2 * _REACH / CELL) + 2)
         centres = (first[:, None] + steps + 0.5) * CELL
         places = np.stack(np.meshgrid(*centres, indexing="ij"), axis=-1)
-        margin = joint_margin(goal, places.reshape(-1, 2)).reshape(places.shape[:2])
-        cost = _STAND_COST * np.maximum(_ENOUGH_MARGIN - margin, 0.0)
-        self._stands = np.where(margin > _LEAST_MARGIN, cost, np.inf)
+        self._stands = standing_cost(goal, places.reshape(-1, 2)).reshape(places.shape[:2])
         self._first = first
 
     def view(self, points: FloatArray, T_world_base: FloatArray) -> FloatArray:

@@ -190,9 +190,9 @@ class OraclePlanner:
         Such that it is as the goal wants it once the base faces the goal.
         """
         R, goal = state.T_world_base[:3, :3], self._goal
-        away = goal[:2, 3] - state.T_world_base[:2, 3]
         if self._stage != "turn":
             return np.asarray(R @ _CARRIED_AXES)
+        away = goal[:2, 3] - state.T_world_base[:2, 3]
         facing = Rotation.from_euler("z", np.arctan2(away[1], away[0])).as_matrix()
         return np.asarray(R @ facing.T @ goal[:3, :3])
 

@@ -9,7 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from horf_env.robot.footprint import BASE_HEIGHT
-from horf_env.robot.reachability import joint_margin
+from horf_env.robot.reachability import standing_cost
 from horf_env.scenes.distance import outline_distance
 from horf_env.scenes.scene import Box, Cylinder, Scene
 from horf_env.types import FloatArray
@@ -22,8 +22,6 @@ _ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm in its ready pose
 _CLEARANCES = ((0.40, 0.30), (0.38, 0.15), (0.36, 0.0))
 # Below this distance [m] a way costs up to seven times as much, so that it keeps to the middle.
 _COMFORT, _NARROW_COST = 0.75, 6.0
-# Where the base may stand for the last reach: joint margins [rad], and m of way for each rad less.
-_LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
 _STAND_CLEARANCE = 0.38  # m
 _AROUND, _DISCOURAGED_COST = 0.35, 3.0  # m, and m of way for each m or to stand there
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
@@ -39,7 +37,6 @@ class Route:
             scene: The scene, known as it is.
             goal: Pose of the goal in the world, shape (4, 4).
         """
-        self._goal = goal
         middles = [b.center[:2] for b in scene.boxes]
         marks = np.array([goal[:2, 3], scene.start.base[:2], *middles])
         self._lower = marks.min(axis=0) - _BORDER
@@ -48,6 +45,8 @@ class Route:
         self._points = self._lower + _CELL * ij.reshape(-1, 2)
         self._base = _gaps(scene, self._points, 0.0, BASE_HEIGHT + 0.05)
         self._arm = _gaps(scene, self._points, BASE_HEIGHT + 0.05, _ARM_HEIGHT)
+        clear = self._base > _STAND_CLEARANCE
+        self._stands = np.where(clear, standing_cost(goal, self._points), np.inf)
         self._discouraged = np.zeros(len(self._points))
         for base, arm in _CLEARANCES:
             self._free = (self._base > base) & (self._arm > arm)
@@ -95,7 +94,7 @@ class Route:
     def _search(self) -> tuple[FloatArray, np.ndarray]:
         """Cost of the way from each cell, and the next cell on it (one past the end at its end)."""
         n = len(self._points)
-        stand = self._standing_cost()
+        stand = self._stands + self._discouraged
         ends = np.flatnonzero(np.isfinite(stand))
         a, b = self._edges(self._free | np.isfinite(stand))
         gap = np.minimum(self._base, self._arm + 0.05)
@@ -122,13 +121,6 @@ class Route:
         a, b = np.concatenate(pairs, axis=1)
         both = free[a] & free[b]
         return a[both], b[both]
-
-    def _standing_cost(self) -> FloatArray:
-        """How good each cell is to stand at for the last reach; inf where it is not."""
-        margin = joint_margin(self._goal, self._points)
-        good = (margin > _LEAST_MARGIN) & (self._base > _STAND_CLEARANCE)
-        cost = _STAND_COST * np.maximum(_ENOUGH_MARGIN - margin, 0.0) + self._discouraged
-        return np.where(good, cost, np.inf)
 
     def _cell(self, position: FloatArray | tuple[float, ...]) -> int:
         ij = np.round((np.asarray(position)[:2] - self._lower) / _CELL).astype(int)

@@ -21,6 +21,8 @@ _DISTANCES = np.array([0.45, 0.6, 0.75, 0.9, 1.05, 1.2])  # m
 _DIRECTIONS = np.radians(np.arange(-180.0, 181.0, 30.0))
 _LEVEL_AXES = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # of the gripper
 _SEEDS = 8
+# Places to stand: least joint margin [rad], what is enough, and m of way for each rad less.
+_LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
 _HEIGHT_STEP, _TILT_STEP = 0.05, 0.1  # m, rad; goals that are more alike share a map
 
 
@@ -45,6 +47,21 @@ def joint_margin(goal: FloatArray, places: FloatArray) -> FloatArray:
     )
     found: FloatArray = lookup(np.stack([np.linalg.norm(offset, axis=1), direction], axis=1))
     return found
+
+
+def standing_cost(goal: FloatArray, places: FloatArray) -> FloatArray:
+    """How good places of the base are to reach a goal from, as metres of way.
+
+    Args:
+        goal: Pose of the goal in the world, shape (4, 4).
+        places: Centres of the base, shape (N, 2), m.
+
+    Returns:
+        Shape (N,), m; inf where the joints would be too near to their limits.
+    """
+    margin = joint_margin(goal, places)
+    cost = _STAND_COST * np.maximum(_ENOUGH_MARGIN - margin, 0.0)
+    return np.where(margin > _LEAST_MARGIN, cost, np.inf)
 
 
 @lru_cache(maxsize=256)
