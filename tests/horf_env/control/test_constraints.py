@@ -74,10 +74,17 @@ def test_a_fast_base_may_not_turn_sharply():
     velocity, box = np.array([1.0, *np.zeros(8)]), unbounded()
     limit_turn(box, -velocity, LIMITS["ld60"].lateral_acceleration)
     assert box[:, 1] == pytest.approx([-0.5, 0.5])
-    standing, paper = unbounded(), unbounded()
+    standing, free = unbounded(), unbounded()
     limit_turn(standing, np.zeros(9), LIMITS["ld60"].lateral_acceleration)
-    limit_turn(paper, velocity, LIMITS["paper"].lateral_acceleration)
-    assert np.isinf([standing, paper]).all()
+    limit_turn(free, velocity, np.inf)
+    assert np.isinf([standing, free]).all()
+
+
+@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
+def test_the_simulated_base_can_do_what_the_profile_allows(limits):
+    """2000 N push the 80 kg of base and arm."""
+    assert limits.acceleration[0] < 2000.0 / 80.0
+    assert limits.braking + limits.lateral_acceleration <= limits.acceleration[0]
 
 
 def test_allowed_approach_stops_in_time_and_pushes_out_gently():
