@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -35,7 +36,7 @@ class RobotState:
             the body's frame, for each velocity; shape (9, 6, 9).
         T_world_base: Pose of the base, shape (4, 4).
         T_world_ee: Pose of the end effector (between the finger tips), shape (4, 4).
-        ee_jacobian: EE twist in the axes of the base for each velocity, shape (6, 9).
+        ee_world_jacobian: EE twist in world axes for each velocity, shape (6, 9).
     """
 
     configuration: FloatArray
@@ -43,7 +44,13 @@ class RobotState:
     body_jacobians: FloatArray
     T_world_base: FloatArray
     T_world_ee: FloatArray
-    ee_jacobian: FloatArray
+    ee_world_jacobian: FloatArray
+
+    @cached_property
+    def ee_jacobian(self) -> FloatArray:
+        """EE twist in the axes of the base for each velocity, shape (6, 9)."""
+        R_base = self.T_world_base[:3, :3]
+        return (R_base.T @ self.ee_world_jacobian.reshape(2, 3, -1)).reshape(6, -1)
 
 
 class MobileManipulator:
@@ -64,7 +71,9 @@ class MobileManipulator:
         self._data = self._model.createData()
         names = (*self.link_names, _EE_FRAME)
         placements = [self._data.oMf[self._model.getFrameId(name)] for name in names]
-        # References: Pinocchio overwrites the placements in place.
+        # References: Pinocchio overwrites the placements and the Jacobian in place. Columns of the
+        # latter are (linear; angular) velocities at the origin of the world.
+        self._joints = self._data.J
         self._rotations = tuple(placement.rotation for placement in placements)
         self._translations = tuple(placement.translation for placement in placements)
 
@@ -97,13 +106,10 @@ class MobileManipulator:
         q.setflags(write=False)
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
-        # Columns of data.J are (linear; angular) velocities at the origin of the world.
         frames, jacobians = poses_and_jacobians(
-            self._rotations, self._translations, self._data.J, velocity_map(q[2]), _MOVES
+            self._rotations, self._translations, self._joints, velocity_map(q[2]), _MOVES
         )
-        R_base = frames[0, :3, :3]
-        ee_jacobian = (R_base.T @ jacobians[-1].reshape(2, 3, -1)).reshape(6, -1)
-        return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], ee_jacobian)
+        return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], jacobians[-1])
 
     def parts(self, elements: Elements) -> tuple[tuple[Part, ...], ...]:
         """Parts of the nine bodies, "collision" (convex hulls) or "visual"."""

@@ -19,7 +19,7 @@ from horf_env.sdf.kernel import find_witnesses
 from horf_env.sdf.known import find_lowest, mark_within
 from horf_env.sdf.robots import Bodies, Robot
 from horf_env.sdf.surface import surface_points
-from horf_env.sdf.witnesses import LinkDistances, Witnesses, empty_table
+from horf_env.sdf.witnesses import DISTANCE, GRADIENT, LinkDistances, Witnesses, empty_table
 from horf_env.types import FloatArray, IntArray
 
 _ELEMENTS: dict[str, Elements] = {"hull": "collision", "visual": "visual"}
@@ -47,9 +47,11 @@ class RobotSdf:
         self._robot = robot
         self._geometry = geometry = body_geometry(parts)
         self._shape = shape_of(geometry, cached_fields(geometry, cache_folder))
+        self._arrays = tuple(self._shape)
         self._work = work_space(_FIRST_CLOUD, len(geometry.faces))
         self._base_surface = surface_points(parts[0], _BASE_SAMPLING)
         self._base_only = np.array([0, len(self._base_surface)])
+        self._no_spacing = np.zeros(len(parts))
 
     @classmethod
     def load(
@@ -102,10 +104,9 @@ class RobotSdf:
         Raises:
             CloudError: If the points are not finite or of another shape.
         """
-        found = self.witnesses(
-            points, self._robot.state(configuration), count=1, spacing=0.0, cutoff=np.inf
-        )
-        return LinkDistances(found.distance[:, 0], found.index[:, 0], found.gradient[:, 0])
+        state = self._robot.state(configuration)
+        numbers, indices = self._table(points, state, 1, self._no_spacing, np.inf)
+        return LinkDistances(numbers[:, 0, DISTANCE], indices[:, 0], numbers[:, 0, GRADIENT:])
 
     def witnesses(
         self,
@@ -138,14 +139,30 @@ class RobotSdf:
         Raises:
             CloudError: If the points are not finite or of another shape.
         """
+        if not isinstance(spacing, np.ndarray):
+            spacing = np.full(len(state.link_poses), spacing, dtype=float)
+        return Witnesses.from_table(
+            *self._table(points, state, count, spacing, cutoff, velocity, braking, first_body)
+        )
+
+    def _table(
+        self,
+        points: FloatArray,
+        state: Bodies,
+        count: int,
+        spacing: FloatArray,
+        cutoff: float,
+        velocity: FloatArray | None = None,
+        braking: float = _NO_BRAKING,
+        first_body: int = 0,
+    ) -> tuple[FloatArray, IntArray]:
+        """See `witnesses`, as a table of numbers and indices."""
         points = self._cloud(points)
         if velocity is None:
             velocity = np.zeros(state.body_jacobians.shape[2])
-        if not isinstance(spacing, np.ndarray):
-            spacing = np.full(len(state.link_poses), spacing, dtype=float)
         numbers, indices = self._empty_table(state, count)
         if len(points) and not find_witnesses(
-            self._shape,
+            self._arrays,
             *self._work,
             points,
             state.link_poses,
@@ -159,7 +176,7 @@ class RobotSdf:
             indices,
         ):
             raise CloudError(_NOT_FINITE)
-        return Witnesses.from_table(numbers, indices)
+        return numbers, indices
 
     def floor_witnesses(self, state: RobotState) -> Witnesses:
         """Height of each body's lowest corner above the floor z = 0, one point a body.
@@ -222,7 +239,7 @@ class RobotSdf:
         points = self._cloud(points)
         inside = np.zeros(len(points), dtype=np.bool_)
         if len(points) and not mark_within(
-            self._shape,
+            self._arrays,
             *self._work,
             points,
             state.link_poses,
