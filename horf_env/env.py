@@ -20,7 +20,7 @@ from horf_env.control import (
     deviation,
     servo_twist,
 )
-from horf_env.errors import InvalidActionError
+from horf_env.errors import InvalidActionError, UnknownNameError
 from horf_env.faults import Fault
 from horf_env.perception import (
     CELLS,
@@ -164,6 +164,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             ValueError: If there is no such instance, or an option is unknown.
         """
         super().reset(seed=seed)
+        for name in sorted(set(options or {}) - {"instance", "split"}):
+            raise UnknownNameError("reset option", name, ["instance", "split"])
         self.scene: Scene = self._scenes.pick(self.np_random, **(options or {}))
         self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
@@ -261,7 +263,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._steps, self._path_base, self._path_ee, self._layer_time = 0, 0.0, 0.0, 0.0
 
     def _advance(self, moved: MoveResult, commanded: FloatArray) -> None:
-        before, self._state = self._state, self._robot.state(moved.configuration)
+        before = self._state
+        self._state = self._robot.state(moved.configuration, overshoot=True)
         self._velocity, self._commanded = moved.velocity, commanded
         self._deviation = self._goal_deviation(self._state)
         self._min_distance = moved.clearance.distance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +15,8 @@ from horf_env.robot.bodies import BODIES, collision_parts, visual_parts
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
 from horf_env.robot.jacobians import poses_and_jacobians
+from horf_env.robot.joint_limits import check_limits, within
+from horf_env.robot.limits import ARM_LOWER, ARM_UPPER
 from horf_env.robot.parts import Elements, Part
 from horf_env.robot.vectors import cross
 from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
@@ -23,6 +26,10 @@ _EE_FRAME = "hand_tcp"
 # Which velocities move which body: the base has two, each further link one more; all of them move
 # the end effector, the last row; shape (10, 9).
 _MOVES = np.tri(len(BODIES) + 1, N_VELOCITIES, k=1)
+
+# The base may be anywhere.
+_LOWER = (*[-sys.float_info.max] * 3, *ARM_LOWER.tolist())
+_UPPER = (*[sys.float_info.max] * 3, *ARM_UPPER.tolist())
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,7 @@ class MobileManipulator:
         self._data = self._model.createData()
         names = (*self.link_names, _EE_FRAME)
         placements = [self._data.oMf[self._model.getFrameId(name)] for name in names]
+        self._joint_names = tuple(self._model.names)[1:]  # the first is the universe
         # References: Pinocchio overwrites the placements and the Jacobian in place. Columns of the
         # latter are (linear; angular) velocities at the origin of the world.
         self._joints = self._data.J
@@ -86,30 +94,39 @@ class MobileManipulator:
         """
         return cls(urdf_text())
 
-    def state(self, configuration: FloatArray) -> RobotState:
+    def state(self, configuration: FloatArray, *, overshoot: bool = False) -> RobotState:
         """Run forward kinematics and all Jacobians once.
 
         Args:
             configuration: Shape (10,), m and rad.
-
-        Joints outside their limits are allowed: motors overshoot, and the joint dampers of the
-        control layer bring such joints back.
+            overshoot: Whether joints may be outside their limits, as motors leave them; the joint
+                dampers of the control layer bring such joints back.
 
         Raises:
-            ConfigurationError: If the configuration has another shape or is not finite.
+            ConfigurationError: If the configuration has another shape, is not finite or outside the
+                limits.
         """
-        q = np.array(configuration, dtype=float)
-        if q.shape != (N_CONFIGURATION,):
-            raise ConfigurationError(f"configuration: expected shape (10,), got {q.shape}")
-        if not all(map(math.isfinite, q.tolist())):
-            raise ConfigurationError(f"configuration: expected finite numbers, got {q}")
-        q.setflags(write=False)
+        q = self._checked(configuration, overshoot)
         pin.computeJointJacobians(self._model, self._data, q)
         pin.updateFramePlacements(self._model, self._data)
         frames, jacobians = poses_and_jacobians(
             self._rotations, self._translations, self._joints, velocity_map(q[2]), _MOVES
         )
         return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], jacobians[-1])
+
+    def _checked(self, configuration: FloatArray, overshoot: bool) -> FloatArray:
+        """A read-only copy."""
+        q = np.array(configuration, dtype=float)
+        if q.shape != (N_CONFIGURATION,):
+            raise ConfigurationError(f"configuration: expected shape (10,), got {q.shape}")
+        values = q.tolist()
+        if not within(values, _LOWER, _UPPER):
+            if not all(map(math.isfinite, values)):
+                raise ConfigurationError(f"configuration: expected finite numbers, got {q}")
+            if not overshoot:
+                check_limits(values, _LOWER, _UPPER, self._joint_names)
+        q.setflags(write=False)
+        return q
 
     def parts(self, elements: Elements) -> tuple[tuple[Part, ...], ...]:
         """Parts of the nine bodies, "collision" (convex hulls) or "visual"."""

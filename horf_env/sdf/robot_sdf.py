@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from horf_env.errors import CloudError, UnknownNameError
+from horf_env.errors import CloudError, QueryError, UnknownNameError
 from horf_env.robot import Part, RobotState
 from horf_env.robot.parts import Elements
 from horf_env.robot.placing import placed_points
@@ -83,13 +83,20 @@ class RobotSdf:
         """Exact signed distances to one body.
 
         Args:
-            k: Index of the body, 0 to 8.
+            k: Index of the body, from 0 on.
             points: Shape (N, 3), frame of the body, m.
 
         Returns:
             Shape (N,), m, positive outside.
+
+        Raises:
+            CloudError: If the points are not finite or of another shape.
+            QueryError: If there is no such body.
         """
         points = _checked(points)
+        n_bodies = len(self._geometry.boxes)
+        if not 0 <= k < n_bodies:
+            raise QueryError(f"body {k}: expected 0 to {n_bodies - 1}")
         distances = np.empty(len(points))
         measure(self._shape, self._work.heights, k, np.array(points.T, order="C"), distances)
         return distances
@@ -138,6 +145,7 @@ class RobotSdf:
 
         Raises:
             CloudError: If the points are not finite or of another shape.
+            QueryError: If count, spacing or velocity fit neither a body nor the robot.
         """
         if not isinstance(spacing, np.ndarray):
             spacing = np.full(len(state.link_poses), spacing, dtype=float)
@@ -158,8 +166,15 @@ class RobotSdf:
     ) -> tuple[FloatArray, IntArray]:
         """See `witnesses`, as a table of numbers and indices."""
         points = self._cloud(points)
+        n_bodies, _, n_velocities = state.body_jacobians.shape
         if velocity is None:
-            velocity = np.zeros(state.body_jacobians.shape[2])
+            velocity = np.zeros(n_velocities)
+        # Compiled code does not look whether an index is within an array.
+        if count < 1 or spacing.shape != (n_bodies,) or velocity.shape != (n_velocities,):
+            raise QueryError(
+                f"expected count >= 1, {n_bodies} spacings and {n_velocities} velocities, got "
+                f"{count}, {spacing.shape} and {velocity.shape}"
+            )
         numbers, indices = self._empty_table(state, count)
         if len(points) and not find_witnesses(
             self._arrays,
