@@ -32,6 +32,10 @@ class LinkDistances:
 class Witnesses:
     """Up to K points for each of the B bodies; a body's nearest point comes first.
 
+    Where the distance has no gradient, because several surface points are equally near (in the
+    middle of a body) or the point lies on an edge or corner, it is that of one of them: finite,
+    normals of unit length. Of equally near cloud points one is taken.
+
     Attributes:
         distance: Signed distance of each point to its body [m], inf where there is none; (B, K).
         normal: Gradient of the distance with respect to the point, world axes; shape (B, K, 3).
