@@ -103,6 +103,20 @@ def test_a_kuka_iiwa_agrees_with_brute_force(tmp_path):
     )
 
 
+def test_visual_meshes_of_a_kuka_iiwa_agree_with_brute_force(tmp_path):
+    robot = UrdfRobot(mesh_root() / "kuka_iiwa" / "model.urdf")
+    bodies = robot.parts("visual")[5:7]  # those of the whole robot take 5 s
+    sdf, rng = RobotSdf(robot, bodies, cache_folder=tmp_path), np.random.default_rng(0)
+    for body, (part,) in enumerate(bodies):
+        corners = part.vertices.min(axis=0) - 0.05, part.vertices.max(axis=0) + 0.05
+        points = rng.uniform(*corners, (500, 3))
+        found = sdf.link_distance(body, points)
+        squared, _, _ = igl.point_mesh_squared_distance(points, part.vertices, part.faces)
+        error = np.abs(found - np.sqrt(squared))[found > 0.0]
+        assert len(error) > 250
+        assert error.mean() < 3e-5
+
+
 def test_a_missing_mesh_is_named(write_urdf, tmp_path):
     robot = UrdfRobot(write_urdf(TINY.format(tool=MESH)))
     with pytest.raises(MissingAssetError, match=r"tool\.stl"):
