@@ -51,7 +51,7 @@ class ClosestPoints:
         """Start a physics server."""
         self._client, self._file = connect(), RobotFile()
         self._robot = RobotBody(self._client, self._file)
-        self._poses = MobileManipulator.load().link_poses(np.zeros(10))
+        self._poses = MobileManipulator.load().state(np.zeros(10), overshoot=True).link_poses
         self._probe = pybullet.createCollisionShape(
             pybullet.GEOM_SPHERE, radius=_SPHERE, physicsClientId=self._client
         )

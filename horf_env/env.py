@@ -20,7 +20,7 @@ from horf_env.control import (
     deviation,
     servo_twist,
 )
-from horf_env.errors import InvalidActionError
+from horf_env.errors import InvalidActionError, UnknownNameError
 from horf_env.faults import Fault
 from horf_env.perception import (
     CELLS,
@@ -84,6 +84,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         perception: str = "camera",
         memory: MemorySettings | None = None,
         camera: CameraModel | None = None,
+        image: tuple[int, int] | None = None,
         depth_noise: bool = False,
         map_view: bool = False,
         guide: bool = False,
@@ -103,6 +104,9 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             memory: How what the camera has shown is remembered: `MapSettings` or `FrameSettings`;
                 that of the control preset without it.
             camera: Depth camera; 64 x 48 pixels on the front, pitched up, without it.
+            image: Width and height of the depth images in observations, at most those of the
+                camera; those of the camera without it. What the action layer knows comes from the
+                camera's own images.
             depth_noise: Whether depth images have the D435's disparity noise.
             map_view: Whether observations have a `map`; the paper's have none.
             guide: Whether observations have a `guide`, see `Guide`; the paper's have none.
@@ -112,6 +116,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             UnknownNameError: If any of the names is not valid.
             SceneFileError: If the scene file cannot be used.
             MissingAssetError: If the Panda's meshes are not installed.
+            SettingError: If the images in observations have more pixels than the camera.
         """
         EzPickle.__init__(
             self,
@@ -123,6 +128,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             perception=perception,
             memory=memory,
             camera=camera,
+            image=image,
             depth_noise=depth_noise,
             map_view=map_view,
             guide=guide,
@@ -143,10 +149,12 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             perception=perception,
             memory=memory or preset.memory,
             depth_noise=depth_noise,
+            image=image,
         )
         self._world = PyBulletWorld(mode=simulation)
         self._map_view, self._guided = map_view, guide
-        space = _observation_space(self._camera, self.limits, map_view=map_view, guide=guide)
+        size = image or (self._camera.width, self._camera.height)
+        space = _observation_space(size, self.limits, map_view=map_view, guide=guide)
         self.observation_space = cast("spaces.Space[Observation]", space)
         self.action_space = spaces.Box(-1.0, 1.0, (self._layer.action_size,), np.float32)
 
@@ -164,6 +172,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             ValueError: If there is no such instance, or an option is unknown.
         """
         super().reset(seed=seed)
+        for name in sorted(set(options or {}) - {"instance", "split"}):
+            raise UnknownNameError("reset option", name, ["instance", "split"])
         self.scene: Scene = self._scenes.pick(self.np_random, **(options or {}))
         self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
@@ -261,7 +271,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._steps, self._path_base, self._path_ee, self._layer_time = 0, 0.0, 0.0, 0.0
 
     def _advance(self, moved: MoveResult, commanded: FloatArray) -> None:
-        before, self._state = self._state, self._robot.state(moved.configuration)
+        before = self._state
+        self._state = self._robot.state(moved.configuration, overshoot=True)
         self._velocity, self._commanded = moved.velocity, commanded
         self._deviation = self._goal_deviation(self._state)
         self._min_distance = moved.clearance.distance
@@ -347,7 +358,7 @@ _make_layer = action_layer
 
 
 def _observation_space(
-    camera: CameraModel, limits: LimitsProfile, *, map_view: bool, guide: bool
+    image: tuple[int, int], limits: LimitsProfile, *, map_view: bool, guide: bool
 ) -> spaces.Dict:
     lower = np.concatenate([limits.arm_lower - _JOINT_SLACK, -limits.velocity, [-_ARM_EXTENT] * 3])
     upper = np.concatenate([limits.arm_upper + _JOINT_SLACK, limits.velocity, [_ARM_EXTENT] * 3])
@@ -355,7 +366,7 @@ def _observation_space(
     upper[7:16] *= 1.0 + _JOINT_SLACK
     reach = np.array([_WORLD_EXTENT] * 3 + [np.pi + 1e-6] * 3, dtype=np.float32)
     parts: dict[str, spaces.Space[Any]] = {
-        "depth": spaces.Box(0, 255, (5, camera.height, camera.width), np.uint8),
+        "depth": spaces.Box(0, 255, (5, image[1], image[0]), np.uint8),
         "state": spaces.Box(lower.astype(np.float32), upper.astype(np.float32)),
         "deviation": spaces.Box(-reach, reach),
     }

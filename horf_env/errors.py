@@ -24,10 +24,26 @@ class UnknownNameError(HorfEnvError, ValueError):
         self.kind = kind
         self.name = name
         self.valid = sorted(valid)
-        close = difflib.get_close_matches(name, self.valid, n=1, cutoff=0.4)
+        close = difflib.get_close_matches(str(name), self.valid, n=1, cutoff=0.4)
         self.nearest = close[0] if close else None
-        hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        hint = f"; did you mean {self.nearest!r}?" if self.nearest else "."
         super().__init__(f"unknown {kind} {name!r}{hint} Valid: {', '.join(self.valid)}.")
+
+
+class SettingError(HorfEnvError, ValueError):
+    """A setting that makes no sense.
+
+    Attributes:
+        name: Name of the setting.
+        value: What it was set to.
+        expected: What it should be.
+    """
+
+    def __init__(self, name: str, value: object, expected: str) -> None:
+        self.name = name
+        self.value = value
+        self.expected = expected
+        super().__init__(f"setting {name!r}: expected {expected}, got {value!r}")
 
 
 class MissingAssetError(HorfEnvError, FileNotFoundError):
@@ -40,6 +56,18 @@ class MissingAssetError(HorfEnvError, FileNotFoundError):
     def __init__(self, path: str, cure: str) -> None:
         self.path = path
         super().__init__(f"missing {path}: {cure}")
+
+
+class RobotFileError(HorfEnvError, ValueError):
+    """A URDF that cannot be used.
+
+    Attributes:
+        path: The file.
+    """
+
+    def __init__(self, path: str, problem: str) -> None:
+        self.path = path
+        super().__init__(f"{path}: {problem}")
 
 
 class GeometryError(HorfEnvError, ValueError):
@@ -56,6 +84,10 @@ class GeometryError(HorfEnvError, ValueError):
 
 class CloudError(HorfEnvError, ValueError):
     """A point cloud of the wrong shape, or with a coordinate that is not finite."""
+
+
+class QueryError(HorfEnvError, ValueError):
+    """An argument of a distance query that does not fit the robot."""
 
 
 class ConfigurationError(HorfEnvError, ValueError):

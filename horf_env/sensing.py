@@ -15,6 +15,7 @@ from horf_env.perception import (
     Image,
     MemorySettings,
     View,
+    coarser,
     quantise_depth,
     unproject,
 )
@@ -58,6 +59,7 @@ class Senses:
         perception: str,
         memory: MemorySettings,
         depth_noise: bool,
+        image: tuple[int, int] | None = None,
     ) -> None:
         """Make the senses.
 
@@ -68,14 +70,17 @@ class Senses:
                 points on all obstacle surfaces, as if nothing were hidden.
             memory: How what the camera has shown is remembered.
             depth_noise: Whether images have the D435's disparity noise.
+            image: Width and height of the frames for the policy; those of the camera without it.
 
         Raises:
             UnknownNameError: If there is no such perception.
+            SettingError: If the frames for the policy have more pixels than the camera.
         """
         if perception not in PERCEPTIONS:
             raise UnknownNameError("perception", perception, PERCEPTIONS)
         self._sdf, self._model, self._full = sdf, camera, perception == "full"
         self._camera = DepthCamera(camera)
+        self._pixels = coarser(camera, image or (camera.width, camera.height))
         parts = collision_parts()[1:]
         # Not the base: the camera is inside its box and looks ahead.
         self._camera.set_robot([_joined(p) for p in parts])
@@ -110,7 +115,7 @@ class Senses:
         self.memory.reset(state.T_world_base)
         image = self._capture(state, rng, 0.0)
         self._take_in(receive(image) or image)
-        return self._stack.reset(quantise_depth(self.depth, self._model))
+        return self._stack.reset(self._frame())
 
     def update(
         self, state: RobotState, rng: np.random.Generator, time: float, receive: Receive
@@ -126,7 +131,11 @@ class Senses:
             self._take_in(image)
         if not self._full:
             self.memory.occupy(state.T_world_base, self.arm_points(state))
-        return self._stack.push(quantise_depth(self.depth, self._model))
+        return self._stack.push(self._frame())
+
+    def _frame(self) -> np.ndarray:
+        """The last image as the policy sees it."""
+        return quantise_depth(self.depth[self._pixels], self._model)
 
     def points(self, state: RobotState) -> FloatArray:
         """Obstacle points for the action layer, in the world, shape (N, 3), m."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from horf_env.control.tick import ControlTick
 from horf_env.robot.manipulability import compiled_gradient
+from horf_env.settings import check_not_negative, check_positive
 from horf_env.types import FloatArray
 
 # The position error that scales the weights stays in this range [m]: no division by zero at the
@@ -48,10 +49,12 @@ class ScaledObjective:
     Attributes:
         base_weight: Base weight is base_weight / s for a position error s: far away the base is
             cheap and moves, near the goal the arm does the work. [1 / (velocity unit)^2]
-        arm_weight: Arm weight is arm_weight * s.
-        slack_weight: Weight of the EE slack (lambda_delta, no value in the paper).
-        heading_gain: Pull that turns the base towards the end effector (k_epsilon).
-        manipulability_gain: Pull along the manipulability gradient J_m; 1 in the paper.
+        arm_weight: Arm weight is arm_weight * s. [1 / (rad/s)^2]
+        slack_weight: Weight of the EE slack (lambda_delta, no value in the paper)
+            [1 / (velocity unit)^2].
+        heading_gain: Pull that turns the base towards the end effector (k_epsilon) [s/rad^2].
+        manipulability_gain: Pull along the manipulability gradient J_m [s per unit of
+            manipulability]; 1 in the paper.
     """
 
     base_weight: float = 0.01
@@ -59,6 +62,15 @@ class ScaledObjective:
     slack_weight: float = 10.0
     heading_gain: float = 0.5
     manipulability_gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse weights that leave the QP without a minimum.
+
+        Raises:
+            SettingError: If a number is out of its range.
+        """
+        check_positive(self, "base_weight", "arm_weight", "slack_weight")
+        check_not_negative(self, "heading_gain", "manipulability_gain")
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""

@@ -16,6 +16,7 @@ import numpy as np
 from horf_env.control.objective import Terms, heading_error, scaled_weights
 from horf_env.control.tick import ControlTick
 from horf_env.robot import ARM_READY
+from horf_env.settings import check_not_negative, check_positive
 from horf_env.types import FloatArray
 
 _FASTEST_RETURN = 1.0  # rad/s; far from the ready pose the arm shall not jerk back
@@ -51,6 +52,16 @@ class PostureObjective:
     posture_gain: float = 1.0
     base_change_weight: float = 0.03
     arm_change_weight: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Refuse weights that leave the QP without a minimum.
+
+        Raises:
+            SettingError: If a number is out of its range.
+        """
+        check_positive(self, "base_weight", "arm_weight", "slack_weight")
+        check_not_negative(self, "heading_gain", "posture_gain")
+        check_not_negative(self, "base_change_weight", "arm_change_weight")
 
     def terms(self, tick: ControlTick) -> Terms:
         """See `Objective`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -13,10 +14,11 @@ from horf_env.control.posture import PostureObjective
 from horf_env.control.qp import WholeBodyQp
 from horf_env.control.tick import ControlTick
 from horf_env.control.unseen import UnseenGround, UnseenReach
-from horf_env.errors import UnknownNameError
+from horf_env.errors import SettingError, UnknownNameError
 from horf_env.perception import FrameSettings, MapSettings, MemorySettings
 from horf_env.robot import MobileManipulator
 from horf_env.sdf import Witnesses
+from horf_env.settings import check_counts, check_not_negative, check_unbounded
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,10 @@ class ControlPreset:
         guard_reach: Whether the gripper keeps off the space above such ground.
         unseen_gain: Barrier gain of those rows [1/s].
         unseen_margin: Distance that the base keeps from unseen ground [m]: half a voxel.
+        damper_gain: Speed of a joint that is allowed at the influence distance from its limit
+            [rad/s] (eta; the paper has no values for these three, they are Haviland's).
+        damper_influence: Distance from a joint's limit at which its damper begins [rad] (rho_i).
+        damper_stopping: Distance from a joint's limit at which it stops [rad] (rho_s).
         memory: How the obstacles that the camera has shown are remembered.
     """
 
@@ -58,7 +64,23 @@ class ControlPreset:
     guard_reach: bool = True
     unseen_gain: float = 2.0
     unseen_margin: float = 0.03
+    damper_gain: float = 1.0
+    damper_influence: float = 0.9
+    damper_stopping: float = 0.1
     memory: MemorySettings = field(default_factory=MapSettings)
+
+    def __post_init__(self) -> None:
+        """Refuse what is no setting.
+
+        Raises:
+            SettingError: If a number is out of its range.
+        """
+        check_counts(self, "witnesses", "own_base_witnesses")
+        check_unbounded(self, "influence")
+        check_not_negative(self, "spacing", "base_spacing", "gain", "margin", "own_body_margin")
+        check_not_negative(self, "unseen_gain", "unseen_margin", "damper_gain", "damper_stopping")
+        if not self.damper_stopping < self.damper_influence < math.inf:
+            raise SettingError("damper_influence", self.damper_influence, "more than the stopping")
 
     def whole_body_qp(self, obstacle_rows: Rows | None = None) -> WholeBodyQp:
         """The QP with these settings.
@@ -83,8 +105,11 @@ class ControlPreset:
             rows.append(UnseenGround(gain=self.unseen_gain, margin=self.unseen_margin))
         if self.guard_reach:
             rows.append(UnseenReach(gain=self.unseen_gain, margin=self.unseen_margin))
-        # eta, rho_i and rho_s have no values in the paper; Haviland's.
-        limits = RobotBounds(gain=1.0, influence=0.9, stopping=0.1)
+        limits = RobotBounds(
+            gain=self.damper_gain,
+            influence=self.damper_influence,
+            stopping=self.damper_stopping,
+        )
         return WholeBodyQp(self.objective, [limits], rows)
 
     def _obstacle_rows(self) -> Rows:

@@ -4,7 +4,7 @@ from horf_env.perception.camera import CameraModel
 from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
 from horf_env.perception.depth_camera import DepthCamera
 from horf_env.perception.frame_memory import FrameSettings
-from horf_env.perception.frames import FrameStack, dequantise_depth, quantise_depth
+from horf_env.perception.frames import FrameStack, coarser, dequantise_depth, quantise_depth
 from horf_env.perception.guide import GUIDE_SIZE, Guide
 from horf_env.perception.image import Image
 from horf_env.perception.local_map import MapSettings
@@ -28,6 +28,7 @@ __all__ = [
     "MemorySettings",
     "ObstacleMemory",
     "View",
+    "coarser",
     "dequantise_depth",
     "quantise_depth",
     "remove_floor",

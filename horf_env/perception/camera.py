@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from horf_env.errors import SettingError
 from horf_env.types import FloatArray
 
 DepthImage = NDArray[np.float32]
@@ -58,16 +59,19 @@ class CameraModel:
         """Refuse what is no camera.
 
         Raises:
-            ValueError: If a size is below 1, a field of view outside (0, pi) or the range empty.
+            SettingError: If a size is below 1, a field of view outside (0, pi), the range empty or
+                the pose not finite.
         """
         if min(self.width, self.height) < 1:
-            raise ValueError(
-                f"camera: expected at least 1x1 pixels, got {self.width}x{self.height}"
-            )
+            raise SettingError("camera", f"{self.width}x{self.height}", "at least 1x1 pixels")
         if not (0.0 < self.horizontal_fov < np.pi and 0.0 < self.vertical_fov < np.pi):
-            raise ValueError("camera: expected fields of view between 0 and pi rad")
+            fields = (self.horizontal_fov, self.vertical_fov)
+            raise SettingError("camera", fields, "fields of view between 0 and pi rad")
         if not 0.0 < self.near < self.far:
-            raise ValueError(f"camera: expected 0 < near < far, got {self.near} and {self.far}")
+            raise SettingError("camera", (self.near, self.far), "0 < near < far")
+        pose = (*self.position, self.pitch_up)
+        if len(pose) != 4 or not np.isfinite(pose).all():
+            raise SettingError("camera", pose, "a position of three numbers and a pitch")
 
     @cached_property
     def focal_lengths(self) -> tuple[float, float]:

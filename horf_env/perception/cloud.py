@@ -7,6 +7,7 @@ from collections import deque
 import numpy as np
 from numba import njit
 
+from horf_env.errors import SettingError
 from horf_env.perception.camera import CameraModel, DepthImage
 from horf_env.types import FloatArray
 
@@ -76,10 +77,10 @@ class CloudHistory:
         """An empty history.
 
         Raises:
-            ValueError: If `frames` is below 1.
+            SettingError: If `frames` is below 1.
         """
         if frames < 1:
-            raise ValueError(f"frames: expected at least 1, got {frames}")
+            raise SettingError("frames", frames, "at least 1")
         self._frames: deque[FloatArray] = deque(maxlen=frames)
 
     def clear(self) -> None:

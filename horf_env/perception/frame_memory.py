@@ -9,6 +9,7 @@ import numpy as np
 from horf_env.perception.cloud import CloudHistory, remove_floor
 from horf_env.perception.memory import View
 from horf_env.perception.thinning import ring, thin
+from horf_env.settings import check_counts
 from horf_env.types import FloatArray
 
 # Near the base points are so dense that a finger tip cannot pass the margin of 0.05 m between two
@@ -27,6 +28,14 @@ class FrameSettings:
 
     frames: int = 5
 
+    def __post_init__(self) -> None:
+        """Refuse a memory of nothing.
+
+        Raises:
+            SettingError: If the number of frames is not a whole number from 1 on.
+        """
+        check_counts(self, "frames")
+
     def make(self) -> FrameMemory:
         """An empty memory."""
         return FrameMemory(self)
@@ -36,11 +45,7 @@ class FrameMemory:
     """Points of the last few frames, where they were captured; knows nothing of the unseen."""
 
     def __init__(self, settings: FrameSettings) -> None:
-        """An empty memory.
-
-        Raises:
-            ValueError: If it is to keep less than one frame.
-        """
+        """An empty memory."""
         self._cloud = CloudHistory(settings.frames)
 
     def reset(self, T_world_base: FloatArray) -> None:

@@ -7,6 +7,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from horf_env.errors import SettingError
 from horf_env.perception.camera import CameraModel, DepthImage
 
 Frame = NDArray[np.uint8]
@@ -39,6 +40,27 @@ def dequantise_depth(frame: Frame, model: CameraModel) -> DepthImage:
     step = (model.far - model.near) / _LEVELS
     depth = model.near + step * (frame.astype(np.float32) - 1.0)
     return np.where(frame == INVALID, 0.0, depth).astype(np.float32)
+
+
+def coarser(model: CameraModel, size: tuple[int, int]) -> tuple[np.ndarray, ...]:
+    """Which pixels a coarser image of the same view keeps: those nearest to its own pixels' rays.
+
+    Args:
+        model: The camera.
+        size: Width and height of the coarser image.
+
+    Returns:
+        Index of rows and columns, for `frame[index]`.
+
+    Raises:
+        SettingError: If the image has no pixels, or more than the camera's along an edge.
+    """
+    width, height = size
+    if not (1 <= width <= model.width and 1 <= height <= model.height):
+        raise SettingError("image", size, f"1x1 to {model.width}x{model.height} pixels")
+    rows = (np.arange(height) + 0.5) * model.height / height
+    columns = (np.arange(width) + 0.5) * model.width / width
+    return np.ix_(rows.astype(int), columns.astype(int))
 
 
 class FrameStack:

@@ -17,6 +17,7 @@ from horf_env.perception.memory import View
 from horf_env.perception.rays import take_in
 from horf_env.perception.voxel_grid import empty_grid, move_window
 from horf_env.robot.footprint import BASE_HEIGHT, FOOTPRINT
+from horf_env.settings import check_not_negative, check_positive, check_unbounded
 from horf_env.types import FloatArray
 
 # The window follows when the robot has moved this far [m] from its middle.
@@ -59,6 +60,16 @@ class MapSettings:
     start_radius: float = 0.75
     grace: float = 0.2
 
+    def __post_init__(self) -> None:
+        """Refuse what is no map.
+
+        Raises:
+            SettingError: If a number is out of its range.
+        """
+        check_positive(self, "voxel", "near", "far")
+        check_unbounded(self, "history")
+        check_not_negative(self, "fill_behind", "start_radius", "grace")
+
     def make(self) -> LocalMap:
         """An empty map."""
         return LocalMap(self)
@@ -71,7 +82,7 @@ class LocalMap:
         """An empty map.
 
         Raises:
-            ValueError: If the number of columns is no power of two or there are too many layers.
+            SettingError: If the number of columns is no power of two or there are too many layers.
         """
         self._settings = settings
         self._body_layers = np.uint64((1 << int(np.ceil(BASE_HEIGHT / settings.voxel))) - 1)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from horf_env.errors import SettingError
 from horf_env.types import FloatArray
 
 _MOST_LAYERS = 63  # bits of a word less one, which marks the columns that the base has covered
@@ -75,12 +76,12 @@ def empty_grid(size: float, columns: int, layers: int) -> VoxelGrid:
     """A grid in which nothing has been seen.
 
     Raises:
-        ValueError: If the number of columns is no power of two or there are too many layers.
+        SettingError: If the number of columns is no power of two or there are too many layers.
     """
     if columns < 2 or columns & (columns - 1):
-        raise ValueError(f"columns: expected a power of two, got {columns}")
+        raise SettingError("columns", columns, "a power of two")
     if not 1 <= layers <= _MOST_LAYERS:
-        raise ValueError(f"layers: expected 1 to {_MOST_LAYERS}, got {layers}")
+        raise SettingError("layers", layers, f"1 to {_MOST_LAYERS}")
     return VoxelGrid(
         size=size,
         first=np.full(2, -columns // 2, dtype=np.int64),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from horf_env.types import FloatArray
@@ -48,6 +50,6 @@ def velocity_map(theta: float) -> FloatArray:
         Shape (10, 9). The first column is the rolling constraint of a differential drive.
     """
     B = _HEADLESS_MAP.copy()
-    B[0, 0] = np.cos(theta)
-    B[1, 0] = np.sin(theta)
+    B[0, 0] = math.cos(theta)
+    B[1, 0] = math.sin(theta)
     return B

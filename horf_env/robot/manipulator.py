@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +15,8 @@ from horf_env.robot.bodies import BODIES, collision_parts, visual_parts
 from horf_env.robot.configuration import velocity_map
 from horf_env.robot.description import urdf_text
 from horf_env.robot.jacobians import poses_and_jacobians
+from horf_env.robot.joint_limits import check_limits, within
+from horf_env.robot.limits import ARM_LOWER, ARM_UPPER
 from horf_env.robot.parts import Elements, Part
 from horf_env.robot.vectors import cross
 from horf_env.types import N_CONFIGURATION, N_VELOCITIES, FloatArray
@@ -22,6 +26,10 @@ _EE_FRAME = "hand_tcp"
 # Which velocities move which body: the base has two, each further link one more; all of them move
 # the end effector, the last row; shape (10, 9).
 _MOVES = np.tri(len(BODIES) + 1, N_VELOCITIES, k=1)
+
+# The base may be anywhere.
+_LOWER = (*[-sys.float_info.max] * 3, *ARM_LOWER.tolist())
+_UPPER = (*[sys.float_info.max] * 3, *ARM_UPPER.tolist())
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,7 @@ class RobotState:
             the body's frame, for each velocity; shape (9, 6, 9).
         T_world_base: Pose of the base, shape (4, 4).
         T_world_ee: Pose of the end effector (between the finger tips), shape (4, 4).
-        ee_jacobian: EE twist in the axes of the base for each velocity, shape (6, 9).
+        ee_world_jacobian: EE twist in world axes for each velocity, shape (6, 9).
     """
 
     configuration: FloatArray
@@ -43,7 +51,13 @@ class RobotState:
     body_jacobians: FloatArray
     T_world_base: FloatArray
     T_world_ee: FloatArray
-    ee_jacobian: FloatArray
+    ee_world_jacobian: FloatArray
+
+    @cached_property
+    def ee_jacobian(self) -> FloatArray:
+        """EE twist in the axes of the base for each velocity, shape (6, 9)."""
+        R_base = self.T_world_base[:3, :3]
+        return (R_base.T @ self.ee_world_jacobian.reshape(2, 3, -1)).reshape(6, -1)
 
 
 class MobileManipulator:
@@ -64,7 +78,10 @@ class MobileManipulator:
         self._data = self._model.createData()
         names = (*self.link_names, _EE_FRAME)
         placements = [self._data.oMf[self._model.getFrameId(name)] for name in names]
-        # References: Pinocchio overwrites the placements in place.
+        self._joint_names = tuple(self._model.names)[1:]  # the first is the universe
+        # References: Pinocchio overwrites the placements and the Jacobian in place. Columns of the
+        # latter are (linear; angular) velocities at the origin of the world.
+        self._joints = self._data.J
         self._rotations = tuple(placement.rotation for placement in placements)
         self._translations = tuple(placement.translation for placement in placements)
 
@@ -77,33 +94,39 @@ class MobileManipulator:
         """
         return cls(urdf_text())
 
-    def state(self, configuration: FloatArray) -> RobotState:
+    def state(self, configuration: FloatArray, *, overshoot: bool = False) -> RobotState:
         """Run forward kinematics and all Jacobians once.
 
         Args:
             configuration: Shape (10,), m and rad.
-
-        Joints outside their limits are allowed: motors overshoot, and the joint dampers of the
-        control layer bring such joints back.
+            overshoot: Whether joints may be outside their limits, as motors leave them; the joint
+                dampers of the control layer bring such joints back.
 
         Raises:
-            ConfigurationError: If the configuration has another shape or is not finite.
+            ConfigurationError: If the configuration has another shape, is not finite or outside the
+                limits.
         """
+        q = self._checked(configuration, overshoot)
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateFramePlacements(self._model, self._data)
+        frames, jacobians = poses_and_jacobians(
+            self._rotations, self._translations, self._joints, velocity_map(q[2]), _MOVES
+        )
+        return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], jacobians[-1])
+
+    def _checked(self, configuration: FloatArray, overshoot: bool) -> FloatArray:
+        """A read-only copy."""
         q = np.array(configuration, dtype=float)
         if q.shape != (N_CONFIGURATION,):
             raise ConfigurationError(f"configuration: expected shape (10,), got {q.shape}")
-        if not all(map(math.isfinite, q.tolist())):
-            raise ConfigurationError(f"configuration: expected finite numbers, got {q}")
+        values = q.tolist()
+        if not within(values, _LOWER, _UPPER):
+            if not all(map(math.isfinite, values)):
+                raise ConfigurationError(f"configuration: expected finite numbers, got {q}")
+            if not overshoot:
+                check_limits(values, _LOWER, _UPPER, self._joint_names)
         q.setflags(write=False)
-        pin.computeJointJacobians(self._model, self._data, q)
-        pin.updateFramePlacements(self._model, self._data)
-        # Columns of data.J are (linear; angular) velocities at the origin of the world.
-        frames, jacobians = poses_and_jacobians(
-            self._rotations, self._translations, self._data.J, velocity_map(q[2]), _MOVES
-        )
-        R_base = frames[0, :3, :3]
-        ee_jacobian = (R_base.T @ jacobians[-1].reshape(2, 3, -1)).reshape(6, -1)
-        return RobotState(q, frames[:-1], jacobians[:-1], frames[0], frames[-1], ee_jacobian)
+        return q
 
     def parts(self, elements: Elements) -> tuple[tuple[Part, ...], ...]:
         """Parts of the nine bodies, "collision" (convex hulls) or "visual"."""

@@ -16,6 +16,8 @@ from horf_env.types import FloatArray
 Elements = Literal["collision", "visual"]
 
 _CYLINDER_SIDES = 96  # 0.05 % of the radius too large at most
+_LEAST_VOLUME = 1e-12  # m^3: a cube of 0.1 mm; less is rounding of a sheet
+_FLAT = "its geometry is flat; a body needs a volume"
 _SPHERE_SUBDIVISIONS = 3  # 1280 faces, 0.5 % of the radius too large at most
 
 
@@ -132,7 +134,10 @@ def _primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh:
 
 def _mesh(mesh: yourdfpy.Mesh, link: str, resolve: Resolve) -> trimesh.Trimesh:
     path = resolve(mesh.filename)
-    loaded = trimesh.load(path, force="mesh")
+    try:
+        loaded = trimesh.load(path, force="mesh")
+    except Exception as error:  # each format has its own
+        raise GeometryError(link, f"{path} cannot be read ({error}); try STL or OBJ") from error
     if len(loaded.faces) == 0:
         raise GeometryError(link, f"{path} has no faces; give it a mesh of triangles")
     return loaded if mesh.scale is None else loaded.apply_scale(mesh.scale)
@@ -140,6 +145,11 @@ def _mesh(mesh: yourdfpy.Mesh, link: str, resolve: Resolve) -> trimesh.Trimesh:
 
 def _hull(mesh: trimesh.Trimesh, link: str) -> trimesh.Trimesh:
     try:
-        return mesh.convex_hull
+        with np.errstate(invalid="ignore"):  # trimesh divides by the volume
+            hull = mesh.convex_hull
+            flat = hull.volume < _LEAST_VOLUME
     except Exception as error:  # qhull's own error class is private to scipy
-        raise GeometryError(link, "its mesh is flat; a body needs a volume") from error
+        raise GeometryError(link, _FLAT) from error
+    if flat:
+        raise GeometryError(link, _FLAT)
+    return hull

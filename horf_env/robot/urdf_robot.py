@@ -9,13 +9,14 @@ import numpy as np
 import pinocchio as pin
 import yourdfpy
 
-from horf_env.errors import ConfigurationError, MissingAssetError
+from horf_env.errors import ConfigurationError, GeometryError, MissingAssetError, RobotFileError
 from horf_env.robot.jacobians import shifted_jacobians
+from horf_env.robot.joint_limits import check_limits
 from horf_env.robot.parts import Body, Elements, Part, read_parts
 from horf_env.types import FloatArray
 
 _PACKAGE_PREFIX = "package://"
-_LIMIT_SLACK = 1e-9  # rad or m; rounding of a configuration at its limit
+_JOINT_TYPES = ("fixed", "prismatic", "revolute")
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class UrdfRobot:
     """A tree of revolute and prismatic joints on a fixed root.
 
     Links without a joint between them form one body, named after the first of them. Groups without
-    any collision geometry are no bodies. Not thread-safe: Pinocchio's work space is reused.
+    any geometry are no bodies. Not thread-safe: Pinocchio's work space is reused.
 
     Attributes:
         link_names: First link of each body.
@@ -55,19 +56,15 @@ class UrdfRobot:
 
         Raises:
             MissingAssetError: If there is no such file.
-            ConfigurationError: If a joint has no limits (type "continuous").
+            RobotFileError: If it is no valid URDF, or a joint is neither fixed nor prismatic nor
+                revolute with limits.
+            GeometryError: If no link has geometry.
         """
         path = Path(path)
         if not path.is_file():
             raise MissingAssetError(str(path), "give the path of a URDF file")
         self._mesh_folder = Path(mesh_folder) if mesh_folder else path.parent
-        self._urdf = yourdfpy.URDF.load(str(path), load_meshes=False)
-        self._model = pin.buildModelFromXML(path.read_text())
-        if self._model.nq != self._model.nv:
-            raise ConfigurationError(
-                f'{path}: joints of type "continuous" are not supported; make them "revolute" with '
-                "wide limits"
-            )
+        self._urdf, self._model = _read(path)
         self._data = self._model.createData()
         self._bodies = _bodies(self._urdf)
         self.link_names = tuple(body.frame for body in self._bodies)
@@ -100,26 +97,44 @@ class UrdfRobot:
         poses = np.array([self._data.oMf[k].homogeneous for k in self._frame_ids])
         origins = np.ascontiguousarray(poses[:, :3, 3])
         rates = np.eye(self._model.nv)
-        return BodyState(q, poses, shifted_jacobians(self._data.J, rates, self._moves, origins))
+        joints = self._data.J.reshape(6, -1)  # of a single joint Pinocchio gives a vector
+        return BodyState(q, poses, shifted_jacobians(joints, rates, self._moves, origins))
 
     def _check(self, q: FloatArray) -> None:
         if q.shape != self.lower.shape or not np.isfinite(q).all():
             raise ConfigurationError(
                 f"configuration: expected {len(self.lower)} finite numbers, got {q}"
             )
-        outside = (q < self.lower - _LIMIT_SLACK) | (q > self.upper + _LIMIT_SLACK)
-        if outside.any():
-            j = int(np.argmax(outside))
-            raise ConfigurationError(
-                f"joint {self._model.names[j + 1]!r}: {q[j]:.6g} is outside of its limits "
-                f"[{self.lower[j]:.6g}, {self.upper[j]:.6g}]; clip the configuration first"
-            )
+        names = list(self._model.names)[1:]  # the first is the universe
+        check_limits(q.tolist(), self.lower.tolist(), self.upper.tolist(), names)
 
     def _resolve(self, filename: str) -> str:
         path = self._mesh_folder / filename.removeprefix(_PACKAGE_PREFIX).removeprefix("file://")
         if not path.is_file():
             raise MissingAssetError(str(path), "check the mesh folder that the robot was given")
         return str(path)
+
+
+def _read(path: Path) -> tuple[yourdfpy.URDF, pin.Model]:
+    """The file as both libraries see it."""
+    try:
+        urdf = yourdfpy.URDF.load(str(path), load_meshes=False)
+        _check_joints(path, urdf)
+        return urdf, pin.buildModelFromXML(path.read_text())
+    except RobotFileError:
+        raise
+    except Exception as error:  # whatever the two libraries raise
+        raise RobotFileError(str(path), f"no valid URDF ({error}); correct the file") from error
+
+
+def _check_joints(path: Path, urdf: yourdfpy.URDF) -> None:
+    for joint in urdf.joint_map.values():
+        if joint.type not in _JOINT_TYPES:
+            raise RobotFileError(
+                str(path),
+                f"joint {joint.name!r} is {joint.type}, supported are {', '.join(_JOINT_TYPES)}; "
+                "make a continuous joint revolute with wide limits",
+            )
 
 
 def _bodies(urdf: yourdfpy.URDF) -> tuple[Body, ...]:
@@ -133,11 +148,14 @@ def _bodies(urdf: yourdfpy.URDF) -> tuple[Body, ...]:
     groups: dict[str, list[str]] = {}
     for link, group in group_of.items():
         groups.setdefault(group, []).append(link)
-    return tuple(
+    bodies = tuple(
         Body(group, tuple(links))
         for group, links in groups.items()
-        if any(urdf.link_map[link].collisions for link in links)
+        if any(urdf.link_map[link].collisions or urdf.link_map[link].visuals for link in links)
     )
+    if not bodies:
+        raise GeometryError(urdf.base_link, "no link of the robot has geometry; give them some")
+    return bodies
 
 
 def _from_root(urdf: yourdfpy.URDF) -> list[str]:

@@ -1,9 +1,10 @@
 """What the compiled kernels read and write.
 
 A call from Python pays for each array that it passes, so the work space and the answers are a few
-arrays with several rows. Inside, functions pass bundles on. What is called once a body or once a
-point is copied into its caller (`inline="always"`): a call with bundles counts references to each
-of their arrays, which took a tenth of a query.
+arrays with several rows, and the shape comes as a plain tuple, which costs 1 us less than a named
+one. Inside, functions pass bundles on. What is called once a body or once a point is copied into
+its caller (`inline="always"`): a call with bundles counts references to each of their arrays, which
+took a tenth of a query.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import logging
 import os
 import tempfile
@@ -46,7 +47,7 @@ def cached_fields(geometry: BodyGeometry, folder: Path | None = None) -> Fields:
     if path.exists():
         try:
             return _read(path, grid_frames(geometry), mesh_grids(geometry))
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except Exception as error:  # a damaged file makes zipfile and numpy raise almost anything
             _LOG.warning("distance fields in %s are unusable (%s): building them anew", path, error)
     fields = build_fields(geometry)
     try:
@@ -68,20 +69,26 @@ def _digest(geometry: BodyGeometry) -> str:
 
 
 def _read(path: Path, frames: FloatArray, is_mesh: np.ndarray) -> Fields:
-    with np.load(path, allow_pickle=False) as stored:
-        if not np.array_equal(stored["frames"], frames):
+    with zipfile.ZipFile(path) as stored:
+        if not np.array_equal(_array(stored, "frames"), frames):
             raise ValueError("its grids are others")
         n_convex, n_mesh = row_count(frames[~is_mesh]), row_count(frames[is_mesh])
-        convex = _checked(stored["nodes"], np.float32, (n_convex, 4))
-        near_faces = _checked(stored["near_faces"], np.int32, (n_convex,))
-        packed = _checked(stored["packed"], np.int16, (n_mesh, 3))
-        steps = _checked(stored["steps"], np.float64, (is_mesh.sum(),))
+        convex = _checked(_array(stored, "nodes"), np.float32, (n_convex, 4))
+        near_faces = _checked(_array(stored, "near_faces"), np.int32, (n_convex,))
+        packed = _checked(_array(stored, "packed"), np.int16, (n_mesh, 3))
+        steps = _checked(_array(stored, "steps"), np.float64, (is_mesh.sum(),))
     nodes = np.empty((n_convex + n_mesh, 4), dtype=np.float32)
     nodes[:n_convex] = convex
     for frame, step in zip(frames[is_mesh], steps, strict=True):
         rows = grid_rows(frame)
         unpack(packed[rows.start - n_convex : rows.stop - n_convex], step, nodes[rows])
     return Fields(nodes, near_faces, frames)
+
+
+def _array(stored: zipfile.ZipFile, name: str) -> np.ndarray:
+    """An array of the file, whose check sum is only looked at if all of it is read at once."""
+    array: np.ndarray = np.load(io.BytesIO(stored.read(f"{name}.npy")), allow_pickle=False)
+    return array
 
 
 def _checked(array: np.ndarray, dtype: type, shape: tuple[int, ...]) -> np.ndarray:

@@ -21,7 +21,7 @@ from horf_env.types import FloatArray, IntArray
 
 @njit(cache=True)
 def find_witnesses(
-    shape: Shape,
+    arrays: tuple[np.ndarray, ...],
     single: np.ndarray,
     minima: np.ndarray,
     double: FloatArray,
@@ -41,7 +41,7 @@ def find_witnesses(
     """Fill the witness points of all bodies; places without a point keep what they hold.
 
     Args:
-        shape: The bodies.
+        arrays: Those of `Shape`, as a plain tuple.
         single: See `WorkSpace`, for at least N points.
         minima: See `WorkSpace`.
         double: See `WorkSpace`.
@@ -62,6 +62,7 @@ def find_witnesses(
     Returns:
         False if a coordinate is not finite; nothing is written then.
     """
+    shape = Shape(*arrays)
     work = work_of(len(points), single, minima, double, listed, heights)
     origin, twist, near = poses[0, :3, 3].copy(), np.empty(6), np.empty((4, 4))
     if not load(points, origin, work.cloud):

@@ -53,7 +53,7 @@ def find_lowest(
 
 @njit(cache=True)
 def mark_within(
-    shape: Shape,
+    arrays: tuple[np.ndarray, ...],
     single: np.ndarray,
     minima: np.ndarray,
     double: FloatArray,
@@ -68,7 +68,7 @@ def mark_within(
     """Mark the points that are nearer than the tolerance to a body from the first one on.
 
     Args:
-        shape: The bodies.
+        arrays: Those of `Shape`, as a plain tuple.
         single: See `WorkSpace`, for at least N points.
         minima: See `WorkSpace`.
         double: See `WorkSpace`.
@@ -83,7 +83,7 @@ def mark_within(
     Returns:
         False if a coordinate is not finite; nothing is marked then.
     """
-    n = len(points)
+    shape, n = Shape(*arrays), len(points)
     work = work_of(n, single, minima, double, listed, heights)
     origin, near = poses[0, :3, 3].copy(), np.empty((4, 4))
     if not load(points, origin, work.cloud):

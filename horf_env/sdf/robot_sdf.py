@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from horf_env.errors import CloudError, UnknownNameError
+from horf_env.errors import CloudError, QueryError, UnknownNameError
 from horf_env.robot import Part, RobotState
 from horf_env.robot.parts import Elements
 from horf_env.robot.placing import placed_points
@@ -19,7 +19,7 @@ from horf_env.sdf.kernel import find_witnesses
 from horf_env.sdf.known import find_lowest, mark_within
 from horf_env.sdf.robots import Bodies, Robot
 from horf_env.sdf.surface import surface_points
-from horf_env.sdf.witnesses import LinkDistances, Witnesses, empty_table
+from horf_env.sdf.witnesses import DISTANCE, GRADIENT, LinkDistances, Witnesses, empty_table
 from horf_env.types import FloatArray, IntArray
 
 _ELEMENTS: dict[str, Elements] = {"hull": "collision", "visual": "visual"}
@@ -47,9 +47,11 @@ class RobotSdf:
         self._robot = robot
         self._geometry = geometry = body_geometry(parts)
         self._shape = shape_of(geometry, cached_fields(geometry, cache_folder))
+        self._arrays = tuple(self._shape)
         self._work = work_space(_FIRST_CLOUD, len(geometry.faces))
         self._base_surface = surface_points(parts[0], _BASE_SAMPLING)
         self._base_only = np.array([0, len(self._base_surface)])
+        self._no_spacing = np.zeros(len(parts))
 
     @classmethod
     def load(
@@ -81,13 +83,20 @@ class RobotSdf:
         """Exact signed distances to one body.
 
         Args:
-            k: Index of the body, 0 to 8.
+            k: Index of the body, from 0 on.
             points: Shape (N, 3), frame of the body, m.
 
         Returns:
             Shape (N,), m, positive outside.
+
+        Raises:
+            CloudError: If the points are not finite or of another shape.
+            QueryError: If there is no such body.
         """
         points = _checked(points)
+        n_bodies = len(self._geometry.boxes)
+        if not 0 <= k < n_bodies:
+            raise QueryError(f"body {k}: expected 0 to {n_bodies - 1}")
         distances = np.empty(len(points))
         measure(self._shape, self._work.heights, k, np.array(points.T, order="C"), distances)
         return distances
@@ -102,10 +111,9 @@ class RobotSdf:
         Raises:
             CloudError: If the points are not finite or of another shape.
         """
-        found = self.witnesses(
-            points, self._robot.state(configuration), count=1, spacing=0.0, cutoff=np.inf
-        )
-        return LinkDistances(found.distance[:, 0], found.index[:, 0], found.gradient[:, 0])
+        state = self._robot.state(configuration)
+        numbers, indices = self._table(points, state, 1, self._no_spacing, np.inf)
+        return LinkDistances(numbers[:, 0, DISTANCE], indices[:, 0], numbers[:, 0, GRADIENT:])
 
     def witnesses(
         self,
@@ -137,15 +145,39 @@ class RobotSdf:
 
         Raises:
             CloudError: If the points are not finite or of another shape.
+            QueryError: If count, spacing or velocity fit neither a body nor the robot.
         """
-        points = self._cloud(points)
-        if velocity is None:
-            velocity = np.zeros(state.body_jacobians.shape[2])
         if not isinstance(spacing, np.ndarray):
             spacing = np.full(len(state.link_poses), spacing, dtype=float)
+        return Witnesses.from_table(
+            *self._table(points, state, count, spacing, cutoff, velocity, braking, first_body)
+        )
+
+    def _table(
+        self,
+        points: FloatArray,
+        state: Bodies,
+        count: int,
+        spacing: FloatArray,
+        cutoff: float,
+        velocity: FloatArray | None = None,
+        braking: float = _NO_BRAKING,
+        first_body: int = 0,
+    ) -> tuple[FloatArray, IntArray]:
+        """See `witnesses`, as a table of numbers and indices."""
+        points = self._cloud(points)
+        n_bodies, _, n_velocities = state.body_jacobians.shape
+        if velocity is None:
+            velocity = np.zeros(n_velocities)
+        # Compiled code does not look whether an index is within an array.
+        if count < 1 or spacing.shape != (n_bodies,) or velocity.shape != (n_velocities,):
+            raise QueryError(
+                f"expected count >= 1, {n_bodies} spacings and {n_velocities} velocities, got "
+                f"{count}, {spacing.shape} and {velocity.shape}"
+            )
         numbers, indices = self._empty_table(state, count)
         if len(points) and not find_witnesses(
-            self._shape,
+            self._arrays,
             *self._work,
             points,
             state.link_poses,
@@ -159,7 +191,7 @@ class RobotSdf:
             indices,
         ):
             raise CloudError(_NOT_FINITE)
-        return Witnesses.from_table(numbers, indices)
+        return numbers, indices
 
     def floor_witnesses(self, state: RobotState) -> Witnesses:
         """Height of each body's lowest corner above the floor z = 0, one point a body.
@@ -222,7 +254,7 @@ class RobotSdf:
         points = self._cloud(points)
         inside = np.zeros(len(points), dtype=np.bool_)
         if len(points) and not mark_within(
-            self._shape,
+            self._arrays,
             *self._work,
             points,
             state.link_poses,

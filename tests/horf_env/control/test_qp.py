@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import qpsolvers
 
 from horf_env.control import PRESETS, control_preset
 from horf_env.control.qp import ACTIVE, WholeBodyQp
@@ -39,6 +40,14 @@ def test_hot_path_equals_the_paper_form_through_qpsolvers(preset, random_ticks):
         np.testing.assert_allclose(solution.velocity, x[:9], atol=1e-6)
         np.testing.assert_allclose(solution.slack, x[9:15], atol=1e-6)
         assert solution.row_slack == pytest.approx(x[15], abs=1e-6)
+
+
+@pytest.mark.parametrize("solver", qpsolvers.available_solvers)
+def test_every_installed_solver_agrees(solver, random_ticks):
+    qp = control_preset("default").whole_body_qp()
+    for tick in random_ticks(10, seed=7):
+        x = solve_reference(qp.problem(tick), solver)
+        np.testing.assert_allclose(qp.solve(tick).velocity, x[:9], atol=1e-3)
 
 
 def test_limits_and_rows_hold_in_every_answer(random_ticks):

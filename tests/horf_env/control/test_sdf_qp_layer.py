@@ -33,6 +33,32 @@ def test_points_of_the_base_lie_on_both_sides_of_it(robot, layer):
     assert (side < 0.0).any()
 
 
+def test_rows_of_the_own_base_are_the_change_of_the_distance_to_it(robot, sdf):
+    """The point rides on the base, so it moves with the robot in the finite differences."""
+    q = np.concatenate([[0.4, -0.3, 0.7], ARM_READY])
+    q[4], q[6] = 1.2, -2.6  # the hand low in front of the base
+    before, step, checked = robot.state(q), 1e-6, 0
+    found = sdf.own_base_witnesses(before, count=2, spacing=0.05, cutoff=0.5)
+    for body, k in zip(*np.nonzero(np.isfinite(found.distance)), strict=True):
+        fixed = np.linalg.solve(before.T_world_base, np.append(found.point[body, k], 1.0))
+        for i, e in enumerate(np.eye(9)):
+            plus, minus = robot.state(integrate(q, e, step)), robot.state(integrate(q, -e, step))
+            ends = [
+                sdf.witnesses(
+                    (state.T_world_base @ fixed)[None, :3],
+                    state,
+                    count=1,
+                    spacing=0.0,
+                    cutoff=np.inf,
+                ).distance[body, 0]
+                for state in (plus, minus)
+            ]
+            numeric = (ends[0] - ends[1]) / (2 * step)
+            assert found.gradient[body, k, i] == pytest.approx(numeric, abs=1e-6)
+            checked += abs(numeric) > 1e-3
+    assert checked > 10
+
+
 def test_a_free_arm_does_not_hit_its_own_base(robot, sdf, layer):
     # With one point a body, this motion takes the hand 2 mm into the base.
     rng = np.random.default_rng(16)

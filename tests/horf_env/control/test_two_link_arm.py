@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from horf_env.control.avoidance import Avoidance
+from horf_env.control.sampled_dampers import SampledDampers
 from horf_env.robot import LIMITS, RobotState
 from horf_env.sdf import Witnesses
 from horf_env.sdf.gradient import distance_gradient
@@ -77,3 +78,29 @@ def test_brakes_bound_the_row_where_the_gain_allows_more(filled, witnesses):
     rows = avoidance(witnesses, gain=4.0)
     _, h = filled(rows, SimpleNamespace(limits=LIMITS["ld60"], dt=0.05))
     assert h[1] == pytest.approx(0.3631, abs=1e-4)
+
+
+def test_sampled_damper_at_the_end_of_the_upright_link(filled, state):
+    """A sample at the tip (1, 1), the obstacle 0.2 m to its left: both joints turn it at 1 m/s."""
+    tip = np.array([0.8, 1.0, 0.0])
+    point, normal = np.zeros((2, 1, 3)), np.zeros((2, 1, 3))
+    point[1, 0], normal[1, 0] = tip, LEFT
+    found = Witnesses(
+        distance=np.array([[np.inf], [0.2]]),
+        normal=normal,
+        gradient=distance_gradient(state, np.arange(2), point, normal),
+        point=point,
+        index=np.array([[-1], [0]]),
+    )
+    rows = SampledDampers(
+        lambda tick: found,
+        bodies=("first", "second"),
+        count=1,
+        gain=1.0,
+        influence=0.3,
+        stopping=0.05,
+    )
+    G, h = filled(rows, SimpleNamespace())
+    np.testing.assert_allclose(G[1, :2], [1.0, 1.0])
+    assert h[1] == pytest.approx((0.2 - 0.05) / (0.3 - 0.05))  # 0.6 m/s
+    assert not G[0].any()

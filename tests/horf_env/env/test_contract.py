@@ -10,6 +10,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 from stable_baselines3.common.vec_env import SubprocVecEnv
 
 from horf_env.env import HorfReachEnv
+from horf_env.perception import CameraModel
 
 
 def make(**options):
@@ -79,6 +80,17 @@ def test_it_runs_in_spawned_processes():
     assert np.isfinite(reward).all()
     assert info[0]["qp_status"] == "solved"
     envs.close()
+
+
+def test_the_map_may_have_finer_images_than_the_policy():
+    fine = make(camera=CameraModel(width=96, height=72), image=(32, 24))
+    whole = make(camera=CameraModel(width=96, height=72))
+    small, large = fine.reset(seed=0)[0], whole.reset(seed=0)[0]
+    assert fine.observation_space.contains(small)
+    np.testing.assert_array_equal(small["depth"], large["depth"][:, 1::3, 1::3])
+    np.testing.assert_array_equal(fine.unwrapped.record.points, whole.unwrapped.record.points)
+    fine.close()
+    whole.close()
 
 
 def test_a_map_joins_the_observation_if_asked_for():

@@ -132,6 +132,23 @@ def test_unknown_names_are_refused_with_the_nearest(options, message):
         gym.make("horf/Reach-v0", **options)
 
 
+@pytest.mark.parametrize("option", ["instanc", "seed"])
+def test_an_unknown_reset_option_is_refused(scene_file, option):
+    with pytest.raises(UnknownNameError, match=f"unknown reset option '{option}'.*Valid: instance"):
+        HorfReachEnv(scene_file()).reset(options={option: 3})
+
+
+def test_info_tells_the_twist_that_was_asked_for_and_the_one_achieved(scene_file):
+    env = HorfReachEnv(scene_file())
+    env.reset(seed=0)
+    action = np.array([0.1, -0.1, 0.05, 0.0, 0.1, 0.2])
+    for _ in range(5):
+        J = env.record.state.ee_jacobian
+        info = env.step(action)[-1]
+        np.testing.assert_allclose(info["twist_command"], action * env.limits.twist_scale)
+        np.testing.assert_allclose(info["twist_achieved"], J @ info["velocity"])
+
+
 def test_a_malformed_scene_file_is_named(scene_file):
     path = scene_file(goal=[0.0, 0.0])
     with pytest.raises(SceneFileError, match=r"goal\.position") as error:

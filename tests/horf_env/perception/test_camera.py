@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yourdfpy
 
+from horf_env.errors import SettingError
 from horf_env.perception import CameraModel
 from horf_env.robot.description import urdf_text
 
@@ -54,10 +55,12 @@ def test_default_camera_sits_where_the_urdf_shows_it():
         {"vertical_fov": 0.0},
         {"near": 0.0},
         {"near": 2.0, "far": 1.0},
+        {"pitch_up": np.nan},
+        {"position": (0.0, 0.3)},
     ],
 )
 def test_impossible_cameras_are_refused(wrong):
-    with pytest.raises(ValueError, match="camera: expected"):
+    with pytest.raises(SettingError, match="'camera': expected"):
         CameraModel(**wrong)
 
 

@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from horf_env.perception import CameraModel, FrameStack, dequantise_depth, quantise_depth
+from horf_env.errors import SettingError
+from horf_env.perception import (
+    CameraModel,
+    FrameStack,
+    coarser,
+    dequantise_depth,
+    quantise_depth,
+)
 
 MODEL = CameraModel()
 
@@ -61,3 +68,18 @@ def test_pushing_before_reset_is_refused():
 def test_an_empty_stack_is_refused():
     with pytest.raises(ValueError, match="at least 1"):
         FrameStack(0)
+
+
+def test_a_coarser_image_has_the_rays_of_a_coarser_camera():
+    fine, coarse = CameraModel(width=96, height=72), CameraModel(width=32, height=24)
+    kept = fine.rays[coarser(fine, (32, 24))]
+    np.testing.assert_allclose(kept, coarse.rays, atol=1e-12)
+    np.testing.assert_array_equal(fine.rays[coarser(fine, (96, 72))], fine.rays)
+    between = fine.rays[coarser(fine, (64, 48))]
+    assert np.abs(between - CameraModel().rays).max() < 1.0 / fine.focal_lengths[0]
+
+
+@pytest.mark.parametrize("size", [(65, 48), (64, 0)])
+def test_an_image_finer_than_the_cameras_is_refused(size):
+    with pytest.raises(SettingError, match="setting 'image': expected 1x1 to 64x48 pixels"):
+        coarser(CameraModel(), size)

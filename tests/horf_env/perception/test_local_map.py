@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from horf_env.errors import SettingError
 from horf_env.perception import (
     CameraModel,
     DepthCamera,
@@ -215,7 +216,35 @@ def test_reset_forgets_everything():
     assert len(looker.memory.points(base())) == 0
 
 
-@pytest.mark.parametrize("wrong", [{"columns": 100}, {"layers": 64}, {"layers": 0}])
-def test_impossible_sizes_are_refused(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong))):
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"columns": 100},
+        {"layers": 64},
+        {"layers": 0},
+        {"voxel": 0.0},
+        {"history": np.nan},
+        {"history": -1.0},
+        {"grace": np.inf},
+        {"fill_behind": -0.1},
+    ],
+)
+def test_impossible_settings_are_refused(wrong):
+    with pytest.raises(SettingError, match=f"setting '{next(iter(wrong))}': expected"):
         MapSettings(**wrong).make()
+
+
+@pytest.mark.parametrize("frames", [0, 2.5])
+def test_a_memory_of_no_frames_is_refused(frames):
+    with pytest.raises(SettingError, match="'frames': expected a whole number from 1 on"):
+        FrameSettings(frames=frames)
+
+
+def test_memory_does_not_grow_with_the_way():
+    looker = Looker(scene([FRONT]), MapSettings())
+    grid = looker.memory._grid
+    places = [array.ctypes.data for array in grid if isinstance(array, np.ndarray)]
+    for x in np.linspace(0.0, 20.0, 40):
+        looker.look(base(x=x))
+    assert looker.memory._grid is grid
+    assert places == [array.ctypes.data for array in grid if isinstance(array, np.ndarray)]

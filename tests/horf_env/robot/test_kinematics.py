@@ -67,7 +67,7 @@ def test_manipulability_gradient_matches_central_differences(robot):
 def test_manipulability_gradient_is_zero_at_a_singular_arm(robot):
     stretched = np.zeros(10)
     stretched[6] = 0.0
-    J = robot.ee_jacobian(stretched)[:, 2:]
+    J = robot.state(stretched, overshoot=True).ee_jacobian[:, 2:]
     J[:, 3] = 0.0
     J[:, 4] = J[:, 6]
     gradient = manipulability_gradient(J)
@@ -86,6 +86,17 @@ def test_a_configuration_of_another_shape_is_refused(robot):
         robot.state(np.zeros(9))
     with pytest.raises(ConfigurationError, match="expected finite numbers"):
         robot.state(np.full(10, np.nan))
+
+
+def test_joints_beyond_their_limits_are_named_unless_motors_may_have_overshot(robot):
+    q = np.concatenate([[50.0, -50.0, 9.0], ARM_READY])
+    assert robot.state(q).configuration[0] == 50.0  # the base has no limits
+    for joint, value in ((3, 3.0), (6, -4.0)):
+        outside = q.copy()
+        outside[joint] = value
+        with pytest.raises(ConfigurationError, match=f"'panda_joint{joint - 2}': {value:g} is out"):
+            robot.state(outside)
+        assert robot.state(outside, overshoot=True).configuration[joint] == value
 
 
 def test_arc_of_half_steps_equals_the_whole_and_a_turn_closes():

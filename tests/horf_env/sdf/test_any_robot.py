@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from horf_env.errors import ConfigurationError, GeometryError, MissingAssetError
+from horf_env.errors import ConfigurationError, GeometryError, MissingAssetError, RobotFileError
 from horf_env.robot import UrdfRobot
 from horf_env.robot.description import mesh_root
 from horf_env.sdf import RobotSdf
@@ -103,6 +103,20 @@ def test_a_kuka_iiwa_agrees_with_brute_force(tmp_path):
     )
 
 
+def test_visual_meshes_of_a_kuka_iiwa_agree_with_brute_force(tmp_path):
+    robot = UrdfRobot(mesh_root() / "kuka_iiwa" / "model.urdf")
+    bodies = robot.parts("visual")[5:7]  # those of the whole robot take 5 s
+    sdf, rng = RobotSdf(robot, bodies, cache_folder=tmp_path), np.random.default_rng(0)
+    for body, (part,) in enumerate(bodies):
+        corners = part.vertices.min(axis=0) - 0.05, part.vertices.max(axis=0) + 0.05
+        points = rng.uniform(*corners, (500, 3))
+        found = sdf.link_distance(body, points)
+        squared, _, _ = igl.point_mesh_squared_distance(points, part.vertices, part.faces)
+        error = np.abs(found - np.sqrt(squared))[found > 0.0]
+        assert len(error) > 250
+        assert error.mean() < 3e-5
+
+
 def test_a_missing_mesh_is_named(write_urdf, tmp_path):
     robot = UrdfRobot(write_urdf(TINY.format(tool=MESH)))
     with pytest.raises(MissingAssetError, match=r"tool\.stl"):
@@ -121,6 +135,44 @@ def test_a_flat_mesh_is_named(write_urdf, tmp_path):
     robot = UrdfRobot(write_urdf(TINY.format(tool='<mesh filename="flat.obj"/>')))
     with pytest.raises(GeometryError, match=r"'tool': .*flat"):
         RobotSdf.load(robot, cache_folder=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "tool", ['<box size="0.1 0.1 0"/>', '<mesh filename="robot.urdf"/>', '<mesh filename="a.foo"/>']
+)
+def test_geometry_without_volume_or_of_unknown_format_is_named(write_urdf, tmp_path, tool):
+    (tmp_path / "a.foo").write_text("no mesh")
+    robot = UrdfRobot(write_urdf(TINY.format(tool=tool)))
+    with pytest.raises(GeometryError, match=r"'tool': .*(flat; a body needs|try STL or OBJ)"):
+        RobotSdf.load(robot, cache_folder=tmp_path)
+
+
+def test_a_body_without_collision_geometry_is_named(write_urdf, tmp_path):
+    shown = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'
+    solid = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    robot = UrdfRobot(write_urdf(TINY.format(tool='<box size="1 1 1"/>').replace(solid, shown)))
+    with pytest.raises(GeometryError, match="'ball': no collision geometry"):
+        RobotSdf.load(robot, cache_folder=tmp_path)
+
+
+def test_a_robot_without_any_geometry_is_refused(write_urdf):
+    with pytest.raises(GeometryError, match="'root': no link of the robot has geometry"):
+        UrdfRobot(write_urdf('<robot name="ghost"><link name="root"/></robot>'))
+
+
+@pytest.mark.parametrize("joints", [0, 1])
+def test_robots_with_one_joint_and_with_none(write_urdf, tmp_path, joints):
+    link = '<link name="{}"><collision><geometry><box size="2 2 2"/></geometry></collision></link>'
+    joint = """<joint name="turn" type="revolute"><parent link="a"/><child link="b"/>
+        <origin xyz="3 0 0"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>"""
+    text = link.format("a") + (link.format("b") + joint if joints else "")
+    robot = UrdfRobot(write_urdf(f'<robot name="simple">{text}</robot>'))
+    sdf = RobotSdf.load(robot, cache_folder=tmp_path)
+    found = sdf.query(np.array([[3.5, 2.0, 0.0]]), np.zeros(joints))
+    np.testing.assert_allclose(found.distance, [np.hypot(2.5, 1.0), 1.0][: joints + 1])
+    # The corner that comes nearer by 0.5 m/rad is above the point: only its height counts.
+    np.testing.assert_allclose(found.gradient, np.array([[0.0], [-0.5]])[: joints + 1, :joints])
 
 
 def test_a_body_without_visual_geometry_is_named(tiny, tmp_path):
@@ -144,5 +196,11 @@ def test_a_missing_file_and_a_joint_without_limits_are_refused(write_urdf, tmp_p
     with pytest.raises(MissingAssetError, match=r"none\.urdf"):
         UrdfRobot(tmp_path / "none.urdf")
     endless = TINY.format(tool='<box size="1 1 1"/>').replace("revolute", "continuous", 1)
-    with pytest.raises(ConfigurationError, match="continuous"):
+    with pytest.raises(RobotFileError, match=r"'turn' is continuous, supported are .*revolute"):
         UrdfRobot(write_urdf(endless))
+
+
+@pytest.mark.parametrize("text", ["no URDF", "<robot/>", TINY.format(tool="<cone/>")])
+def test_a_file_that_is_no_urdf_is_named(write_urdf, text):
+    with pytest.raises(RobotFileError, match=r"robot\.urdf: no valid URDF"):
+        UrdfRobot(write_urdf(text))

@@ -51,6 +51,21 @@ def test_fields_of_a_mesh_are_the_same_built_and_read_back(tmp_path):
     assert (read.frames == built.frames).all()
 
 
+def test_one_wrong_byte_anywhere_never_gives_wrong_fields(finger, tmp_path, monkeypatch):
+    built = cached_fields(finger, tmp_path)
+    (path,) = tmp_path.iterdir()
+    monkeypatch.setattr(cache, "build_fields", lambda geometry: built)  # takes no time
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    headers = [*range(200), *range(len(whole) - 700, len(whole))]
+    for place in [67, *headers[::10], *rng.integers(len(whole), size=50)]:
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged)
+        again = cached_fields(finger, tmp_path)
+        assert (again.nodes == built.nodes).all()
+        assert (again.near_faces == built.near_faces).all()
+
+
 def test_a_truncated_cache_is_rebuilt(finger, tmp_path):
     built = cached_fields(finger, tmp_path)
     (path,) = tmp_path.iterdir()

@@ -4,7 +4,7 @@ import igl
 import numpy as np
 import pytest
 
-from horf_env.errors import CloudError, UnknownNameError
+from horf_env.errors import CloudError, QueryError, UnknownNameError
 from horf_env.robot import ARM_READY, LIMITS, collision_parts, integrate, point_jacobian
 from horf_env.sdf import RobotSdf
 
@@ -139,6 +139,21 @@ def test_a_cloud_that_is_not_finite_is_refused_with_the_cure(robot, sdf, wrong):
 def test_a_cloud_of_another_shape_is_refused(sdf):
     with pytest.raises(CloudError, match=r"points: expected shape \(N, 3\), got \(3,\)"):
         sdf.query(np.zeros(3), QR)
+
+
+def test_a_body_that_is_not_there_is_refused(sdf):
+    for body in (-1, 9):
+        with pytest.raises(QueryError, match=f"body {body}: expected 0 to 8"):
+            sdf.link_distance(body, np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"count": 0}, {"spacing": np.zeros(3)}, {"velocity": np.zeros(10)}]
+)
+def test_what_does_not_fit_the_robot_never_reaches_compiled_code(robot, sdf, wrong):
+    options = {"count": 1, "spacing": 0.0, "cutoff": 1.0} | wrong
+    with pytest.raises(QueryError, match="expected count >= 1, 9 spacings and 9 velocities"):
+        sdf.witnesses(np.ones((1, 3)), robot.state(QR), **options)
 
 
 def test_an_unknown_geometry_is_refused(robot):
