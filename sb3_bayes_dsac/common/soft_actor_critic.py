@@ -24,6 +24,7 @@ from stable_baselines3.common.utils import update_learning_rate
 from sb3_bayes_dsac.common.actors import Actor
 from sb3_bayes_dsac.common.critics import EnsembleCritics
 from sb3_bayes_dsac.common.diagnostics import Diagnostics
+from sb3_bayes_dsac.common.fused_adam import FusedAdam
 from sb3_bayes_dsac.common.guard import check_losses
 from sb3_bayes_dsac.common.minibatches import minibatches
 from sb3_bayes_dsac.common.policies import EnsemblePolicy
@@ -146,9 +147,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
         self.ent_coef_optimizer: th.optim.Optimizer | None = None
         if temperature.learned:
             self.log_ent_coef.requires_grad_()
-            self.ent_coef_optimizer = th.optim.Adam(
-                [self.log_ent_coef], lr=self.lr_schedule(1), fused=True
-            )
+            self.ent_coef_optimizer = FusedAdam([self.log_ent_coef], lr=self.lr_schedule(1))
 
     def _create_aliases(self) -> None:
         """Short names of the policy's networks."""
