@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any, ClassVar, Self, TypeAlias
 
-import numpy as np
 import torch as th
 from gymnasium import spaces
 from stable_baselines3.common.buffers import ReplayBuffer
@@ -28,8 +27,8 @@ from sb3_bayes_dsac.common.fused_adam import FusedAdam
 from sb3_bayes_dsac.common.guard import check_losses
 from sb3_bayes_dsac.common.minibatches import minibatches
 from sb3_bayes_dsac.common.policies import EnsemblePolicy
-from sb3_bayes_dsac.common.temperature import parse_temperature
-from sb3_bayes_dsac.errors import ArgumentError, UnsupportedSpaceError
+from sb3_bayes_dsac.common.temperature import parse_target_entropy, parse_temperature
+from sb3_bayes_dsac.errors import UnsupportedSpaceError, require_count
 
 Batch: TypeAlias = ReplayBufferSamples | DictReplayBufferSamples
 
@@ -136,13 +135,12 @@ class SoftActorCritic(OffPolicyAlgorithm):
         if not isinstance(self.action_space, spaces.Box):
             cure = "the actor is Gaussian; use an environment with a Box action space"
             raise UnsupportedSpaceError("action_space", self.action_space, cure)
-        if self.policy_delay < 1:
-            raise ArgumentError("policy_delay", self.policy_delay, "give 1 or more")
+        require_count("policy_delay", self.policy_delay)
+        require_count("batch_size", self.batch_size)
         temperature = parse_temperature(self.ent_coef)
+        self.target_entropy = parse_target_entropy(self.target_entropy, self.action_space)
         super()._setup_model()
         self._create_aliases()
-        if self.target_entropy == "auto":
-            self.target_entropy = -float(np.prod(self.action_space.shape))
         self.log_ent_coef = th.tensor([temperature.initial], device=self.device).log()
         self.ent_coef_optimizer: th.optim.Optimizer | None = None
         if temperature.learned:

@@ -9,7 +9,7 @@ from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 
 from sb3_bayes_dsac.common.soft_actor_critic import Batch, SoftActorCritic
-from sb3_bayes_dsac.errors import ArgumentError
+from sb3_bayes_dsac.errors import ArgumentError, require_count
 from sb3_bayes_dsac.redq.critics import MeanCritics
 from sb3_bayes_dsac.redq.policies import CnnPolicy, MlpPolicy, MultiInputPolicy, REDQPolicy
 
@@ -72,7 +72,8 @@ class REDQ(SoftActorCritic):
     def _setup_model(self) -> None:
         """Create everything, then check the subset against the number of critics."""
         super()._setup_model()
-        if not 1 <= self.subset_size <= self.critic.n_critics:
+        require_count("subset_size", self.subset_size)
+        if self.subset_size > self.critic.n_critics:
             cure = f"give 1 to n_critics, which is {self.critic.n_critics}"
             raise ArgumentError("subset_size", self.subset_size, cure)
 

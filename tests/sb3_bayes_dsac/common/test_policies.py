@@ -275,7 +275,7 @@ def test_adam_is_fused_unless_told_otherwise(make_model: MakeModel) -> None:
             "encoder_gradient='both': only a shared encoder",
         ),
         ({"encoder_gradient": "critics"}, "did you mean 'critic'"),
-        ({"n_critics": 0}, "n_critics=0: give at least 1"),
+        ({"n_critics": 0}, "n_critics=0: give a whole number, 1 or more"),
     ],
 )
 def test_bad_arguments_are_named(
