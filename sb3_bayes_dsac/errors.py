@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from numbers import Integral
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -68,6 +69,20 @@ class UnsupportedSpaceError(ArgumentError, AssertionError):
     """A space that the algorithm cannot act in; an AssertionError too, as SB3 raises there."""
 
 
+def require_count(argument: str, value: object) -> None:
+    """Refuse what is not a whole number of at least 1.
+
+    Args:
+        argument: Name of the argument that carries the number, for the error.
+        value: What was given.
+
+    Raises:
+        ArgumentError: It is none.
+    """
+    if not isinstance(value, Integral) or value < 1:
+        raise ArgumentError(argument, value, "give a whole number, 1 or more")
+
+
 def choose(argument: str, name: str, valid: Mapping[str, T]) -> T:
     """Look a name up among the valid ones.
 
@@ -82,7 +97,7 @@ def choose(argument: str, name: str, valid: Mapping[str, T]) -> T:
     Raises:
         ArgumentError: The name is not a valid one; lists the valid names, the nearest first.
     """
-    if name in valid:
+    if isinstance(name, str) and name in valid:
         return valid[name]
     near = difflib.get_close_matches(str(name), valid, n=1, cutoff=0.4)
     hint = f"did you mean {near[0]!r}? " if near else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any, cast
 
 import torch as th
 from stable_baselines3.common.distributions import (
@@ -24,6 +24,13 @@ class Actor(SACActor):
     DSAC-T limits the logarithm of the deviation to [-20, 0.5]; here it is SAC's [-20, 2], so that
     both algorithms explore alike.
     """
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        for layer in self.latent_pi:
+            if isinstance(layer, nn.ReLU):
+                # The layer before it needs no output of its own for its gradient.
+                layer.inplace = True
 
     def encode(self, obs: PyTorchObs) -> th.Tensor:
         """Features of observations, shape (B, features_dim)."""

@@ -15,7 +15,7 @@ from torch.func import functional_call
 
 from sb3_bayes_dsac.common.encoders import encode
 from sb3_bayes_dsac.common.ensemble import constant, ensemble_mlp
-from sb3_bayes_dsac.errors import ArgumentError
+from sb3_bayes_dsac.errors import require_count
 
 
 class EnsembleCritics(BaseModel):
@@ -33,7 +33,7 @@ class EnsembleCritics(BaseModel):
         layer_norm: Whether to normalise before each activation; helps at high replay ratios.
 
     Raises:
-        ArgumentError: `n_critics` is below 1.
+        ArgumentError: `n_critics` is no whole number of at least 1.
     """
 
     n_outputs: ClassVar[int]
@@ -51,8 +51,7 @@ class EnsembleCritics(BaseModel):
         n_critics: int = 2,
         layer_norm: bool = False,
     ) -> None:
-        if n_critics < 1:
-            raise ArgumentError("n_critics", n_critics, "give at least 1 critic")
+        require_count("n_critics", n_critics)
         super().__init__(
             observation_space,
             action_space,

@@ -27,6 +27,9 @@ def minibatches(
         n: Number of batches.
         env: Normalises what is sampled, if there is one.
     """
+    if n == 1:
+        yield buffer.sample(batch_size, env=env)
+        return
     batch_bytes = 2 * batch_size * bytes_of(buffer.observation_space)
     at_once = max(1, SAMPLE_BYTES // batch_bytes)
     for first in range(0, n, at_once):

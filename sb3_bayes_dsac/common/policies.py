@@ -23,6 +23,7 @@ from torch import nn
 from sb3_bayes_dsac.common.actors import Actor
 from sb3_bayes_dsac.common.critics import EnsembleCritics
 from sb3_bayes_dsac.common.encoders import DepthEncoder, image_keys
+from sb3_bayes_dsac.common.fused_adam import FusedAdam
 from sb3_bayes_dsac.errors import ArgumentError, choose
 
 # Which losses train a shared encoder: (the critics', the actor's).
@@ -47,8 +48,9 @@ class EnsemblePolicy(BasePolicy):
 
     Args:
         features_extractor_class: Encoder; by default `default_encoder` chooses it.
-        optimizer_kwargs: Arguments of the optimiser; Adam and AdamW are fused unless it says
-            otherwise.
+        optimizer_class: Optimiser; by default Adam, with less overhead than PyTorch's own.
+        optimizer_kwargs: Arguments of the optimiser; PyTorch's Adam and AdamW are fused unless it
+            says otherwise.
         n_critics: Number of critics, at least 1; None means `default_n_critics`.
         share_features_extractor: Whether actor and critics share one encoder, as in the paper.
             SB3's default is False; here it is True, since one pass then serves all of them.
@@ -81,14 +83,14 @@ class EnsemblePolicy(BasePolicy):
         features_extractor_class: type[BaseFeaturesExtractor] | None = None,
         features_extractor_kwargs: dict[str, Any] | None = None,
         normalize_images: bool = True,
-        optimizer_class: type[th.optim.Optimizer] = th.optim.Adam,
+        optimizer_class: type[th.optim.Optimizer] = FusedAdam,
         optimizer_kwargs: dict[str, Any] | None = None,
         n_critics: int | None = None,
         share_features_extractor: bool = True,
         encoder_gradient: str | None = None,
         layer_norm: bool = False,
     ) -> None:
-        if issubclass(optimizer_class, FUSED_OPTIMIZERS):
+        if optimizer_class in FUSED_OPTIMIZERS:
             optimizer_kwargs = {"fused": True} | (optimizer_kwargs or {})
         super().__init__(
             observation_space,
@@ -236,10 +238,14 @@ class EnsemblePolicy(BasePolicy):
         self.actor.reset_noise(batch_size=batch_size)
 
     def set_training_mode(self, mode: bool) -> None:
-        """Switch online networks to training or evaluation; targets stay in evaluation."""
-        self.actor.set_training_mode(mode)
-        self.critic.set_training_mode(mode)
-        self.training = mode
+        """Switch online networks to training or evaluation; targets stay in evaluation.
+
+        SB3 asks for it three times an environment step, of which one changes nothing.
+        """
+        if mode != self.training:
+            self.actor.set_training_mode(mode)
+            self.critic.set_training_mode(mode)
+            self.training = mode
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
         """Everything that `__init__` needs to build this policy again."""

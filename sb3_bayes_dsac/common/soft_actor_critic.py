@@ -5,10 +5,10 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any, ClassVar, Self, TypeAlias
 
-import numpy as np
 import torch as th
 from gymnasium import spaces
 from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.noise import ActionNoise
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.type_aliases import (
@@ -18,15 +18,17 @@ from stable_baselines3.common.type_aliases import (
     ReplayBufferSamples,
     Schedule,
 )
+from stable_baselines3.common.utils import update_learning_rate
 
 from sb3_bayes_dsac.common.actors import Actor
 from sb3_bayes_dsac.common.critics import EnsembleCritics
 from sb3_bayes_dsac.common.diagnostics import Diagnostics
+from sb3_bayes_dsac.common.fused_adam import FusedAdam
 from sb3_bayes_dsac.common.guard import check_losses
 from sb3_bayes_dsac.common.minibatches import minibatches
 from sb3_bayes_dsac.common.policies import EnsemblePolicy
-from sb3_bayes_dsac.common.temperature import parse_temperature
-from sb3_bayes_dsac.errors import ArgumentError, UnsupportedSpaceError
+from sb3_bayes_dsac.common.temperature import parse_target_entropy, parse_temperature
+from sb3_bayes_dsac.errors import UnsupportedSpaceError, require_count
 
 Batch: TypeAlias = ReplayBufferSamples | DictReplayBufferSamples
 
@@ -124,6 +126,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
         self.ent_coef = ent_coef
         self.policy_delay = policy_delay
         self.target_entropy = target_entropy
+        self._diagnostics = Diagnostics()
         if _init_setup_model:
             self._setup_model()
 
@@ -132,20 +135,17 @@ class SoftActorCritic(OffPolicyAlgorithm):
         if not isinstance(self.action_space, spaces.Box):
             cure = "the actor is Gaussian; use an environment with a Box action space"
             raise UnsupportedSpaceError("action_space", self.action_space, cure)
-        if self.policy_delay < 1:
-            raise ArgumentError("policy_delay", self.policy_delay, "give 1 or more")
+        require_count("policy_delay", self.policy_delay)
+        require_count("batch_size", self.batch_size)
         temperature = parse_temperature(self.ent_coef)
+        self.target_entropy = parse_target_entropy(self.target_entropy, self.action_space)
         super()._setup_model()
         self._create_aliases()
-        if self.target_entropy == "auto":
-            self.target_entropy = -float(np.prod(self.action_space.shape))
         self.log_ent_coef = th.tensor([temperature.initial], device=self.device).log()
         self.ent_coef_optimizer: th.optim.Optimizer | None = None
         if temperature.learned:
             self.log_ent_coef.requires_grad_()
-            self.ent_coef_optimizer = th.optim.Adam(
-                [self.log_ent_coef], lr=self.lr_schedule(1), fused=True
-            )
+            self.ent_coef_optimizer = FusedAdam([self.log_ent_coef], lr=self.lr_schedule(1))
 
     def _create_aliases(self) -> None:
         """Short names of the policy's networks."""
@@ -166,7 +166,6 @@ class SoftActorCritic(OffPolicyAlgorithm):
         if self.ent_coef_optimizer is not None:
             optimizers.append(self.ent_coef_optimizer)
         self._update_learning_rate(optimizers)
-        diagnostics = Diagnostics()
         assert self.replay_buffer is not None
         batches = minibatches(
             self.replay_buffer, batch_size, gradient_steps, self._vec_normalize_env
@@ -180,9 +179,9 @@ class SoftActorCritic(OffPolicyAlgorithm):
             # One pass of the online encoder, (B, features_dim), serves all losses of this step.
             features = self.critic.encode(batch.observations)
             critic_features = self.policy.critic_features(features)
-            losses = {"critic_loss": self._critic_loss(critic_features, batch, diagnostics)}
+            losses = {"critic_loss": self._critic_loss(critic_features, batch)}
             if update_actor:
-                losses |= self._actor_losses(features, batch, diagnostics)
+                losses |= self._actor_losses(features, batch)
             check_losses(losses, batch, self._n_updates)
 
             # All gradients come from the weights before the step, in one backward pass. No weight
@@ -195,9 +194,28 @@ class SoftActorCritic(OffPolicyAlgorithm):
             if update_actor or not self.delays_targets:
                 self.policy.update_targets(self.tau)
 
-        self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
-        for name, value in diagnostics.read().items():
-            self.logger.record(f"train/{name}", value)
+        self._logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
+
+    @property
+    def logger(self) -> Logger:
+        """SB3's logger with the newest diagnostics, which are computed when somebody asks for it.
+
+        Few calls of `train` are followed by a look at the logger, and what it would show costs as
+        much as a layer of the critics. `train` itself uses `_logger`, lest it be the one who looks.
+        """
+        logger = super().logger
+        for name, value in self._diagnostics.read().items():
+            logger.record(f"train/{name}", value)
+        return logger
+
+    def _update_learning_rate(
+        self, optimizers: list[th.optim.Optimizer] | th.optim.Optimizer
+    ) -> None:
+        """As SB3 does it, without a look at `logger`."""
+        rate = self.lr_schedule(self._current_progress_remaining)
+        self._logger.record("train/learning_rate", rate)
+        for optimizer in optimizers if isinstance(optimizers, list) else [optimizers]:
+            update_learning_rate(optimizer, rate)
 
     def _resample_noise(self) -> None:
         """Draw the actors' gSDE noise anew."""
@@ -212,16 +230,13 @@ class SoftActorCritic(OffPolicyAlgorithm):
         """
 
     @abstractmethod
-    def _critic_loss(
-        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
-    ) -> th.Tensor:
+    def _critic_loss(self, features: th.Tensor, batch: Batch) -> th.Tensor:
         """Loss of all critics on a batch.
 
         Args:
             features: Encoded observations, shape (B, features_dim), with gradient if the critics
                 train the encoder.
             batch: Transitions.
-            diagnostics: Takes notes for the logger.
         """
 
     @abstractmethod
@@ -237,9 +252,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
         discounts = self.gamma if batch.discounts is None else batch.discounts.flatten()
         return (1.0 - batch.dones.flatten()) * discounts
 
-    def _actor_losses(
-        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
-    ) -> dict[str, th.Tensor]:
+    def _actor_losses(self, features: th.Tensor, batch: Batch) -> dict[str, th.Tensor]:
         """Loss of the actor (the paper's J_pi with its sign turned) and of the temperature."""
         actor_features = self.policy.actor_features(batch.observations, features)
         actions, log_prob = self.actor.sample(actor_features)
@@ -250,7 +263,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
             surprise = log_prob.detach().mean() + float(self.target_entropy)
             losses["ent_coef_loss"] = -(self.log_ent_coef * surprise).squeeze()
         report = {name: loss.detach() for name, loss in losses.items()}
-        diagnostics.note("actor", lambda: report | {"ent_coef": ent_coef.squeeze()})
+        self._diagnostics.note("actor", lambda: report | {"ent_coef": ent_coef.squeeze()})
         return losses
 
     def learn(
@@ -273,8 +286,9 @@ class SoftActorCritic(OffPolicyAlgorithm):
         )
 
     def _excluded_save_params(self) -> list[str]:
-        """Attributes that come back with the policy."""
-        return [*super()._excluded_save_params(), "actor", "critic", "critic_target"]
+        """Attributes that come back with the policy, or not at all."""
+        own = ("actor", "critic", "critic_target", "_diagnostics")
+        return [*super()._excluded_save_params(), *own]
 
     def _get_torch_save_params(self) -> tuple[list[str], list[str]]:
         """State dicts and tensors that a saved model holds."""

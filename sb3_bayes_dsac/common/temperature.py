@@ -1,9 +1,11 @@
-"""How `ent_coef` is read: the weight alpha of the entropy in the return."""
+"""How `ent_coef` and `target_entropy` are read: alpha in the return, and where it is led to."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
+
+from gymnasium import spaces
 
 from sb3_bayes_dsac.errors import ArgumentError
 
@@ -40,3 +42,24 @@ def parse_temperature(ent_coef: str | float) -> Temperature:
         cure = 'give "auto", "auto_" with a positive start ("auto_0.1"), or a constant >= 0'
         raise ArgumentError("ent_coef", ent_coef, cure)
     return Temperature(initial, learned)
+
+
+def parse_target_entropy(target_entropy: str | float, actions: spaces.Box) -> float:
+    """Read SB3's notation of a target entropy.
+
+    Args:
+        target_entropy: "auto" (minus the number of actions), or a number of nats.
+        actions: Action space.
+
+    Raises:
+        ArgumentError: None of these.
+    """
+    if target_entropy == "auto":
+        return -float(math.prod(actions.shape))
+    try:
+        number = float(target_entropy)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise ArgumentError("target_entropy", target_entropy, 'give "auto" or a number of nats')
+    return number

@@ -10,7 +10,6 @@ from stable_baselines3.common.type_aliases import GymEnv, Schedule
 
 from sb3_bayes_dsac.common.actors import Actor
 from sb3_bayes_dsac.common.critics import GaussianCritics
-from sb3_bayes_dsac.common.diagnostics import Diagnostics
 from sb3_bayes_dsac.common.gaussian import FUSIONS, Fused, weight_entropy
 from sb3_bayes_dsac.common.losses import (
     Target,
@@ -114,16 +113,14 @@ class DSACT(SoftActorCritic):
         super()._resample_noise()
         self.actor_target.resample_noise()
 
-    def _critic_loss(
-        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
-    ) -> th.Tensor:
+    def _critic_loss(self, features: th.Tensor, batch: Batch) -> th.Tensor:
         """Loss of all critics on a batch; moves the running mean of sigma first."""
         fused, target = self._target(batch)
         means, stds = self.critic.evaluate(features, batch.actions)
         track_mean_std(self.mean_std, stds, self.tau)
         loss = critic_loss(means, stds, target, self.mean_std)
         q, sigma = means.detach(), stds.detach()
-        diagnostics.note(
+        self._diagnostics.note(
             "critics",
             lambda: {
                 "critic_loss": negative_log_likelihood(q, sigma, target).sum(),

@@ -8,9 +8,8 @@ import torch as th
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 
-from sb3_bayes_dsac.common.diagnostics import Diagnostics
 from sb3_bayes_dsac.common.soft_actor_critic import Batch, SoftActorCritic
-from sb3_bayes_dsac.errors import ArgumentError
+from sb3_bayes_dsac.errors import ArgumentError, require_count
 from sb3_bayes_dsac.redq.critics import MeanCritics
 from sb3_bayes_dsac.redq.policies import CnnPolicy, MlpPolicy, MultiInputPolicy, REDQPolicy
 
@@ -73,7 +72,8 @@ class REDQ(SoftActorCritic):
     def _setup_model(self) -> None:
         """Create everything, then check the subset against the number of critics."""
         super()._setup_model()
-        if not 1 <= self.subset_size <= self.critic.n_critics:
+        require_count("subset_size", self.subset_size)
+        if self.subset_size > self.critic.n_critics:
             cure = f"give 1 to n_critics, which is {self.critic.n_critics}"
             raise ArgumentError("subset_size", self.subset_size, cure)
 
@@ -81,14 +81,12 @@ class REDQ(SoftActorCritic):
         """Every `policy_delay` steps of a call of `train`, the last one always among them."""
         return steps_left % self.policy_delay == 0
 
-    def _critic_loss(
-        self, features: th.Tensor, batch: Batch, diagnostics: Diagnostics
-    ) -> th.Tensor:
+    def _critic_loss(self, features: th.Tensor, batch: Batch) -> th.Tensor:
         """Squared error of each critic: mean over the batch, sum over the critics."""
         values = self.critic.evaluate(features, batch.actions)
         loss = (values - self._target(batch)).square().mean(dim=1).sum()
         q, value = values.detach(), loss.detach()
-        diagnostics.note(
+        self._diagnostics.note(
             "critics",
             lambda: {
                 "critic_loss": value,

@@ -16,11 +16,13 @@ from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.envs import BitFlippingEnv, FakeImageEnv, IdentityEnv
+from stable_baselines3.common.logger import KVWriter, Logger
 from stable_baselines3.common.noise import NormalActionNoise
 from stable_baselines3.common.save_util import load_from_zip_file
 from stable_baselines3.common.vec_env import VecNormalize
 
 from sb3_bayes_dsac import DSACT, REDQ, BayesDSAC
+from sb3_bayes_dsac.common.diagnostics import Diagnostics
 from sb3_bayes_dsac.common.soft_actor_critic import SoftActorCritic
 from sb3_bayes_dsac.errors import ArgumentError
 
@@ -215,6 +217,60 @@ def test_logs_every_diagnostic(make_model: MakeModel, cls: type[SoftActorCritic]
 
 
 @all_classes
+def test_diagnostics_are_computed_when_somebody_looks(
+    make_model: MakeModel, fill: Fill, monkeypatch: pytest.MonkeyPatch, cls: type[SoftActorCritic]
+) -> None:
+    model = make_model(cls, policy_delay=3)
+    fill(model, 60)
+    reads: list[int] = []
+    read = Diagnostics.read
+
+    def noting(diagnostics: Diagnostics) -> dict[str, float]:
+        reads.append(model._n_updates)
+        return read(diagnostics)
+
+    monkeypatch.setattr(Diagnostics, "read", noting)
+    for _ in range(4):
+        model.train(1, 8)
+    assert reads == []
+    # The actor was updated one call earlier, and that is shown, too.
+    logged = dict(model.logger.name_to_value)
+    assert {"train/actor_loss", "train/critic_loss"} <= set(logged)
+    assert reads == [4]
+    # A second look shows the same.
+    assert model.logger.name_to_value == logged
+
+
+class Rows(KVWriter):
+    """Keeps the names of everything that a logger writes."""
+
+    def __init__(self) -> None:
+        self.names: list[set[str]] = []
+
+    def write(self, key_values: dict[str, Any], key_excluded: Any, step: int = 0) -> None:
+        self.names.append(set(key_values))
+
+    def close(self) -> None:
+        pass
+
+
+@all_classes
+def test_every_row_of_the_log_has_the_diagnostics(
+    make_model: MakeModel, cls: type[SoftActorCritic]
+) -> None:
+    rows = Rows()
+    model = make_model(cls, train_freq=(1, "episode"), policy_delay=1)
+    model.set_logger(Logger(None, [rows]))
+    model.learn(600, log_interval=1)
+    # The first episode (200 steps) ends before anything is learnt.
+    assert [{"train/actor_loss", "train/critic_loss"} <= names for names in rows.names] == [
+        False,
+        True,
+        True,
+    ]
+
+
+@all_classes
 @pytest.mark.parametrize("share", [True, False])
 def test_depth_observations(
     make_model: MakeModel,
@@ -318,13 +374,20 @@ class BoxAndDiscrete(gym.Env[Any, Any]):
     [
         ({"fusion": "prodct"}, "fusion='prodct': did you mean 'product'"),
         ({"fusion": "zzz"}, "'log_pool', 'min', 'product'"),
-        ({"policy_delay": 0}, "policy_delay=0: give 1 or more"),
+        ({"fusion": ["min"]}, r"fusion=\['min'\]: .*'log_pool', 'min', 'product'"),
+        ({"policy_delay": 0}, "policy_delay=0: give a whole number, 1 or more"),
+        ({"policy_delay": 1.5}, "policy_delay=1.5: give a whole number"),
+        ({"batch_size": 0}, "batch_size=0"),
+        ({"target_entropy": "automatic"}, "target_entropy='automatic': give \"auto\""),
+        ({"target_entropy": None}, "target_entropy=None"),
+        ({"policy_kwargs": {"n_critics": "2"}}, "n_critics='2': give a whole number"),
         ({"ent_coef": "automatic"}, "ent_coef='automatic'"),
         ({"env": IdentityEnv(2)}, "action_space=Discrete.*Box action space"),
         ({"env": BoxAndDiscrete()}, "action_space=MultiBinary.*Box action space"),
         ({"policy_kwargs": {"n_critics": 0}}, "n_critics=0"),
         ({"cls": REDQ, "subset_size": 11}, "subset_size=11: give 1 to n_critics, which is 10"),
         ({"cls": REDQ, "subset_size": 0}, "subset_size=0"),
+        ({"cls": REDQ, "subset_size": 1.5}, "subset_size=1.5"),
         ({"cls": REDQ, "env": IdentityEnv(2)}, "action_space=Discrete"),
     ],
 )

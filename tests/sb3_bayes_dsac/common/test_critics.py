@@ -105,5 +105,7 @@ def test_gradients_of_heads_are_those_of_the_product(out_features: int) -> None:
 
 @pytest.mark.parametrize("n_critics", [0, -1])
 def test_there_must_be_a_critic(n_critics: int) -> None:
-    with pytest.raises(ArgumentError, match=f"n_critics={n_critics}: give at least 1"):
+    with pytest.raises(
+        ArgumentError, match=f"n_critics={n_critics}: give a whole number, 1 or more"
+    ):
         make(n_critics)

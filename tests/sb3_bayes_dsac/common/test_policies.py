@@ -258,7 +258,10 @@ def test_a_saved_policy_is_built_again_with_every_argument(
 
 def test_adam_is_fused_unless_told_otherwise(make_model: MakeModel) -> None:
     assert make_model().critic.optimizer.defaults["fused"] is True
-    plain = make_model(policy_kwargs={"optimizer_kwargs": {"fused": False, "eps": 1e-5}})
+    adam = {"optimizer_class": th.optim.Adam}
+    assert make_model(policy_kwargs=adam).critic.optimizer.defaults["fused"] is True
+    options = {"fused": False, "eps": 1e-5}
+    plain = make_model(policy_kwargs=adam | {"optimizer_kwargs": options})
     assert plain.critic.optimizer.defaults["fused"] is False
     assert plain.critic.optimizer.defaults["eps"] == 1e-5
     assert make_model(policy_kwargs={"optimizer_class": th.optim.SGD}).critic.optimizer.defaults
@@ -272,7 +275,7 @@ def test_adam_is_fused_unless_told_otherwise(make_model: MakeModel) -> None:
             "encoder_gradient='both': only a shared encoder",
         ),
         ({"encoder_gradient": "critics"}, "did you mean 'critic'"),
-        ({"n_critics": 0}, "n_critics=0: give at least 1"),
+        ({"n_critics": 0}, "n_critics=0: give a whole number, 1 or more"),
     ],
 )
 def test_bad_arguments_are_named(

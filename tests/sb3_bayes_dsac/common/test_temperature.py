@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import pytest
+from gymnasium import spaces
 
-from sb3_bayes_dsac.common.temperature import parse_temperature
+from sb3_bayes_dsac.common.temperature import parse_target_entropy, parse_temperature
 from sb3_bayes_dsac.errors import ArgumentError
 
 
@@ -24,3 +25,10 @@ def test_notations(ent_coef: str | float, expected: tuple[float, bool]) -> None:
 def test_nonsense_is_named(ent_coef: str | float) -> None:
     with pytest.raises(ArgumentError, match="ent_coef="):
         parse_temperature(ent_coef)
+
+
+@pytest.mark.parametrize(
+    ("target_entropy", "expected"), [("auto", -6.0), (-2, -2.0), ("-3.5", -3.5)]
+)
+def test_target_entropy(target_entropy: str | float, expected: float) -> None:
+    assert parse_target_entropy(target_entropy, spaces.Box(-1, 1, (2, 3))) == expected
