@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from horf_env.control import PRESETS, ControlTick, Sensed
 from horf_env.control.sdf_qp_layer import SdfQpLayer
 from horf_env.faults import Fault
@@ -34,7 +36,7 @@ class Chain:
         self._senses = Senses(
             self._sdf, image.model, perception="camera", memory=self._memory, depth_noise=False
         )
-        self._senses.memory.reset(image.state.T_world_base)
+        self._senses.memory.reset(image.state.T_world_base, np.empty((0, 3)))
         self.take_in(image)
 
     def take_in(self, image: Image) -> None:

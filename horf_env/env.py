@@ -9,7 +9,6 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import EzPickle
-from scipy.spatial.transform import Rotation
 
 from horf_env.control import (
     Command,
@@ -177,7 +176,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self.scene: Scene = self._scenes.pick(self.np_random, **(options or {}))
         self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
-        self.T_world_goal = _pose(self.scene.goal.position, self.scene.goal.quaternion_xyzw)
+        self.T_world_goal = self.scene.goal.pose
         self._guide = Guide(self.T_world_goal) if self._guided else None
         self._start_episode(self._robot.state(self._world.state.configuration))
         frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
@@ -375,13 +374,6 @@ def _observation_space(
     if guide:
         parts["guide"] = spaces.Box(-_WORLD_EXTENT, _WORLD_EXTENT, (GUIDE_SIZE,), np.float32)
     return spaces.Dict(parts)
-
-
-def _pose(position: tuple[float, ...], quaternion_xyzw: tuple[float, ...]) -> FloatArray:
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_quat(quaternion_xyzw).as_matrix()
-    T[:3, 3] = position
-    return T
 
 
 def _distance(T_a: FloatArray, T_b: FloatArray) -> float:

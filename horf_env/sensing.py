@@ -16,6 +16,7 @@ from horf_env.perception import (
     MemorySettings,
     View,
     coarser,
+    goal_space,
     quantise_depth,
     unproject,
 )
@@ -112,7 +113,7 @@ class Senses:
             self._near_surface = surface_points(scene, _NEAR_SPACING)
             self._far_surface = surface_points(scene, _FAR_SPACING)
             self._centre = np.full(2, np.inf)
-        self.memory.reset(state.T_world_base)
+        self.memory.reset(state.T_world_base, goal_space(scene.goal.pose))
         image = self._capture(state, rng, 0.0)
         self._take_in(receive(image) or image)
         return self._stack.reset(self._frame())

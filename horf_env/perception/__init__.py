@@ -5,6 +5,7 @@ from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
 from horf_env.perception.depth_camera import DepthCamera
 from horf_env.perception.frame_memory import FrameSettings
 from horf_env.perception.frames import FrameStack, coarser, dequantise_depth, quantise_depth
+from horf_env.perception.goal_space import goal_space
 from horf_env.perception.guide import GUIDE_SIZE, Guide
 from horf_env.perception.image import Image
 from horf_env.perception.local_map import MapSettings
@@ -30,6 +31,7 @@ __all__ = [
     "View",
     "coarser",
     "dequantise_depth",
+    "goal_space",
     "quantise_depth",
     "remove_floor",
     "top_view",

@@ -48,7 +48,7 @@ class FrameMemory:
         """An empty memory."""
         self._cloud = CloudHistory(settings.frames)
 
-    def reset(self, T_world_base: FloatArray) -> None:
+    def reset(self, T_world_base: FloatArray, free: FloatArray) -> None:
         """See `ObstacleMemory`."""
         self._cloud.clear()
 

@@ -28,7 +28,7 @@ def mark_robot(
         layers: Bits of the layers of the disc.
         arm: Points that fill the arm, shape (N, 3), m.
     """
-    _mark_points(grid, arm)
+    mark_points(grid, arm)
     n, size = len(grid.seen), grid.size
     x, y, theta = pose
     c, s = np.cos(theta), np.sin(theta)
@@ -124,7 +124,7 @@ def _widen(narrow: np.ndarray, wide: np.ndarray) -> None:
 
 
 @njit(cache=True)
-def _mark_points(grid: VoxelGrid, points: FloatArray) -> None:
+def mark_points(grid: VoxelGrid, points: FloatArray) -> None:
     """Mark the voxels of points (N, 3) [m] as seen."""
     n, layers, size = len(grid.seen), grid.place.shape[2], grid.size
     first_x, first_y, seen = grid.first[0], grid.first[1], grid.seen

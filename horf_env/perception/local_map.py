@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from horf_env.perception.ground import mark_robot, points_seen, unseen_ground
+from horf_env.perception.ground import mark_points, mark_robot, points_seen, unseen_ground
 from horf_env.perception.hidden import hidden_space, obstacle_points
 from horf_env.perception.memory import View
 from horf_env.perception.rays import take_in
@@ -37,7 +37,9 @@ class MapSettings:
         history: How long a point is remembered after it was last seen [s]; inf for ever.
         carving: Whether points that the camera sees through are forgotten.
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
-        fill_behind: How far unseen space behind an occupied voxel counts as occupied [m].
+        fill_behind: How far unseen space behind an occupied voxel counts as occupied [m]; none by
+            default: it closes ways that are free, and nothing was hit without it.
+        free_goal: Whether the space of the hand at the goal counts as seen, see `goal_space`.
         guard_unseen_ground: Whether unseen ground is told to the control layer.
         near: Within this distance of the base all points are used [m], beyond every second one.
         far: Beyond this distance none is [m].
@@ -53,7 +55,8 @@ class MapSettings:
     history: float = np.inf
     carving: bool = True
     fill_above: bool = True
-    fill_behind: float = 0.3
+    fill_behind: float = 0.0
+    free_goal: bool = True
     guard_unseen_ground: bool = True
     near: float = 1.3
     far: float = 3.0
@@ -100,9 +103,10 @@ class LocalMap:
         self._grid = empty_grid(s.voxel, s.columns, s.layers)
         self._frames = 0
 
-    def reset(self, T_world_base: FloatArray) -> None:
+    def reset(self, T_world_base: FloatArray, free: FloatArray) -> None:
         """See `ObstacleMemory`."""
         self._make_grid()
+        self._free = free if self._settings.free_goal else np.empty((0, 3))
         self._centre = (math.inf, math.inf)
         self._follow(T_world_base[:3, 3], 0.0)
         self._stand(T_world_base, self._settings.start_radius, np.empty((0, 3)))
@@ -132,6 +136,7 @@ class LocalMap:
         if moved or math.isfinite(self._settings.history):
             self._centre = (x, y)
             move_window(self._grid, x, y, time - self._settings.history)
+            mark_points(self._grid, self._free)
 
     def occupy(self, T_world_base: FloatArray, arm: FloatArray) -> None:
         """See `ObstacleMemory`."""

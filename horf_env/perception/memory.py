@@ -31,8 +31,13 @@ class View:
 class ObstacleMemory(Protocol):
     """Remembers what the camera has shown."""
 
-    def reset(self, T_world_base: FloatArray) -> None:
-        """Forget everything; the robot starts at this pose, shape (4, 4)."""
+    def reset(self, T_world_base: FloatArray, free: FloatArray) -> None:
+        """Forget everything.
+
+        Args:
+            T_world_base: Where the robot starts, shape (4, 4).
+            free: Points that fill space that is known to be free, in the world, shape (N, 3), m.
+        """
 
     def add(self, view: View) -> None:
         """Take in a frame."""

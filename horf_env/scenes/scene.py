@@ -9,11 +9,14 @@ import math
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
+from scipy.spatial.transform import Rotation
 
 from horf_env.errors import SceneFileError
 from horf_env.scenes.validation import WHOLE_FILE, scene_file_error
+from horf_env.types import FloatArray
 
 _CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -90,6 +93,14 @@ class Goal:
 
     position: Vector3
     quaternion_xyzw: UnitQuaternion
+
+    @property
+    def pose(self) -> FloatArray:
+        """The same as a homogeneous transform, shape (4, 4)."""
+        T = np.eye(4)
+        T[:3, :3] = Rotation.from_quat(self.quaternion_xyzw).as_matrix()
+        T[:3, 3] = self.position
+        return T
 
 
 @dataclass(frozen=True, config=_CONFIG)

@@ -12,8 +12,10 @@ from horf_env.perception import (
     Image,
     MapSettings,
     View,
+    goal_space,
     unproject,
 )
+from horf_env.perception.goal_space import LENGTH
 from horf_env.robot import ARM_READY
 from horf_env.scenes import Box, Cylinder, Goal, Scene, Start, obstacle_distance, triangles
 
@@ -39,7 +41,7 @@ class Looker:
         self.memory, self.model, self.change, self.time = settings.make(), model, change, 0.0
         self.camera = DepthCamera(model)
         self.show(world)
-        self.memory.reset(base())
+        self.memory.reset(base(), np.empty((0, 3)))
 
     def show(self, world):
         self.camera.set_scene(*triangles(world, floor=True))
@@ -157,6 +159,19 @@ def test_unseen_space_behind_a_surface_counts_as_occupied_so_far(depth):
     assert reach == pytest.approx(depth, abs=0.06)
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_the_hand_has_room_at_its_goal(known):
+    """The goal is in the space above an obstacle that nobody has seen the top of."""
+    goal = np.diag([1.0, -1.0, -1.0, 1.0])
+    goal[:3, 3] = [0.9, 0.0, 1.0]
+    looker = Looker(scene([TALL]), MapSettings(free_goal=known))
+    looker.memory.reset(base(), goal_space(goal))
+    points = looker.look(base(), 8)
+    offset = points - goal[:3, 3]
+    at_the_hand = np.linalg.norm(offset[:, :2], axis=1) + np.maximum(-offset[:, 2], 0.0) < 0.1
+    assert at_the_hand[offset[:, 2] < LENGTH].any() != known
+
+
 def test_space_that_was_seen_free_is_never_filled():
     low = Box((1.6, 0.0, 0.1), (0.4, 0.4, 0.1), 0.0)  # the camera looks over it
     wall = Box((4.0, 0.0, 1.0), (0.1, 4.0, 1.0), 0.0)
@@ -212,7 +227,7 @@ def test_the_window_follows_and_forgets_what_leaves_it():
 def test_reset_forgets_everything():
     looker = Looker(scene([FRONT]), MapSettings())
     looker.look(base(), 4)
-    looker.memory.reset(base())
+    looker.memory.reset(base(), np.empty((0, 3)))
     assert len(looker.memory.points(base())) == 0
 
 
