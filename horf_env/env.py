@@ -177,8 +177,9 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self.fault.reset(self.np_random)
         self._world.set_scene(self.scene)
         self.T_world_goal = self.scene.goal.pose
-        self._guide = Guide(self.T_world_goal) if self._guided else None
         self._start_episode(self._robot.state(self._world.state.configuration))
+        start = self._state.T_world_base[:2, 3]
+        self._guide = Guide(self.T_world_goal, start) if self._guided else None
         frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
         self._look_around()
         self.record = self._record(self._points, None, np.zeros(6), None)

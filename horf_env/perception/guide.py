@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from horf_env.perception.way import CELL, way
+from horf_env.perception.ways import CELL, Ways, cell_of
 from horf_env.robot.footprint import BASE_HEIGHT
 from horf_env.robot.reachability import standing_cost
 from horf_env.types import FloatArray
@@ -24,19 +24,21 @@ _REACH = 1.3  # m; beyond this no arm reaches a goal from a place
 class Guide:
     """Hints on the way to one goal."""
 
-    def __init__(self, goal: FloatArray) -> None:
+    def __init__(self, goal: FloatArray, start: FloatArray) -> None:
         """Find out from where the arm reaches the goal.
 
         Args:
             goal: Pose in the world, shape (4, 4).
+            start: Position of the base, shape (2,), m.
         """
         self._goal = goal
-        first = np.floor((goal[:2, 3] - _REACH) / CELL).astype(int)
+        first = cell_of(goal[:2, 3] - _REACH)
         steps = np.arange(int(2 * _REACH / CELL) + 2)
         centres = (first[:, None] + steps + 0.5) * CELL
         places = np.stack(np.meshgrid(*centres, indexing="ij"), axis=-1)
-        self._stands = standing_cost(goal, places.reshape(-1, 2)).reshape(places.shape[:2])
-        self._first = first
+        stands = standing_cost(goal, places.reshape(-1, 2)).reshape(places.shape[:2])
+        self.ways = Ways(start, goal[:2, 3])
+        self.ways.end_at(stands, first)
 
     def view(self, points: FloatArray, T_world_base: FloatArray) -> FloatArray:
         """What the guide says at a pose of the base.
@@ -51,9 +53,8 @@ class Guide:
             way up to it [m], less where the way ends; and cost of the whole way [m].
         """
         R, t = T_world_base[:3, :3], T_world_base[:3, 3]
-        ahead, length, cost = way(
-            points, BASE_HEIGHT, t[:2].copy(), self._goal[:2, 3].copy(), self._stands, self._first
-        )
+        self.ways.update(points, BASE_HEIGHT, t[:2])
+        ahead, length, cost = self.ways.ahead(t[:2], float(np.arctan2(R[1, 0], R[0, 0])))
         goal = R.T @ np.column_stack([self._goal[:3, 3] - t, self._goal[:3, 2], self._goal[:3, 0]])
         target = R[:2, :2].T @ (ahead - t[:2])
         return np.concatenate([goal.T.ravel(), target, [length, cost]])

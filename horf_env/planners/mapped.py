@@ -10,6 +10,7 @@ import numpy as np
 
 from horf_env.perception import Guide
 from horf_env.planners.oracle import KnownEnv, OraclePlanner
+from horf_env.records import StepRecord
 from horf_env.types import FloatArray
 
 _ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm
@@ -25,8 +26,10 @@ class MappedRoute:
         Args:
             env: Gives the robot's state and known obstacle points.
         """
-        self._env, self._guide = env, Guide(env.T_world_goal)
+        self._env = env
+        self._guide = Guide(env.T_world_goal, env.record.state.T_world_base[:2, 3])
         self._avoided = np.empty((0, 3))
+        self._record: StepRecord | None = None
 
     def ahead(self, position: FloatArray, distance: float) -> tuple[FloatArray, float]:
         """Point on the way from where the base is, at most 0.8 m ahead; see `Route.ahead`."""
@@ -35,8 +38,8 @@ class MappedRoute:
         return T[:2, 3] + T[:2, :2] @ along, min(float(view[11]), distance)
 
     def cost(self, position: FloatArray) -> float:
-        """Of the way from where the base is to the goal [m]."""
-        return float(self._view()[12])
+        """Of the way from where the base is to the goal, as if all had been known [m]."""
+        return float(self._view()[12]) - self._guide.ways.surprises
 
     def clearance(self, position: FloatArray) -> float:
         """Least distance of a base centre (2,) to known obstacles, seen from above [m]."""
@@ -49,8 +52,11 @@ class MappedRoute:
         self._avoided = np.vstack([self._avoided, [*position, _BLOCK_HEIGHT]])
 
     def _view(self) -> FloatArray:
-        points = np.concatenate([self._env.record.points, self._avoided])
-        return self._guide.view(points, self._env.record.state.T_world_base)
+        if self._env.record is not self._record:
+            self._record = self._env.record
+            points = np.concatenate([self._record.points, self._avoided])
+            self._latest = self._guide.view(points, self._record.state.T_world_base)
+        return self._latest
 
 
 class MappedPlanner(OraclePlanner):

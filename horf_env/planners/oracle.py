@@ -33,7 +33,8 @@ _SLOWEST, _FASTEST, _SPEED_GAIN, _TIGHT = 0.5, 1.5, 1.5, 0.4  # m/s, m/s, 1/s, m
 # line and turned: a funnel.
 _BEFORE, _PER_BESIDE, _PER_TURN, _IN_LINE = 0.25, 4.0, 0.5, 0.02  # m, m/m, m/rad, m
 _REACH_SPEED = 0.6  # m/s
-_PATIENCE = 50  # steps
+_PATIENCE = 80  # steps
+_PER_BEARING = 0.5  # m of way for each rad; a turn towards the way is progress, too
 _BLOCKED = 0.3  # m of way ahead; what is taken for blocked where driving gets no further
 
 Stage = Literal["drive", "turn", "reach", "back"]
@@ -108,7 +109,7 @@ class OraclePlanner:
             raise RuntimeError("call reset(env) before act(observation)")
         state = self._env.record.state
         if self._stage == "back" or patient:
-            self._lose_patience(state)
+            self._lose_patience(self._env.record)
         target, length = self._route.ahead(state.T_world_base[:2, 3], _LOOK_AHEAD)
         self._change_stage(state, length)
         return np.clip(self._twist(state, target) / self._scale, -1.0, 1.0)
@@ -133,9 +134,11 @@ class OraclePlanner:
         elif self._stage == "turn" and abs(_bearing(state, self._goal[:2, 3])) < _FACING:
             self._begin("reach")
 
-    def _lose_patience(self, state: RobotState) -> None:
+    def _lose_patience(self, record: StepRecord) -> None:
         """Where a stage gets no further: reach without turning, or back off and try elsewhere."""
-        if not self._patience.exhausted(self._to_go(state)):
+        state, command = record.state, record.command
+        speed = float(np.linalg.norm(command.velocity)) if command else np.inf
+        if not self._patience.exhausted(self._to_go(state), speed):
             return
         if self._stage in _WITHOUT_END:
             self._begin(_WITHOUT_END[self._stage])
@@ -155,7 +158,9 @@ class OraclePlanner:
         if self._stage == "back":
             return 0.0
         if self._stage == "drive":
-            return self._route.cost(state.T_world_base[:2, 3])
+            base = state.T_world_base[:2, 3]
+            turn = abs(_bearing(state, self._route.ahead(base, _LOOK_AHEAD)[0]))
+            return self._route.cost(base) + _PER_BEARING * turn
         if self._stage == "turn":
             return abs(_bearing(state, self._goal[:2, 3]))
         error = deviation(state.T_world_ee, self._goal, np.eye(3))

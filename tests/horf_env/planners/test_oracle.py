@@ -53,7 +53,7 @@ def test_backs_off_where_it_gets_no_further():
     planner = OraclePlanner()
     observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
     planner.reset(env)
-    ahead = [planner.act(observation)[0] for _ in range(60)]  # as if it were held
+    ahead = [planner.act(observation)[0] for _ in range(90)]  # as if it were held
     env.close()
     assert ahead[0] >= 0.0
     assert min(ahead) < -0.1

@@ -1,0 +1,150 @@
+"""Ways of the base to where its arm reaches a goal, on all that has been seen of the ground."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import distance_transform_edt
+
+from horf_env.perception.descent import descend
+from horf_env.perception.sweeping import crossing_costs, sweep
+from horf_env.types import BoolArray, FloatArray, IntArray
+
+CELL: Final = 0.05
+"""Edge of a cell [m]."""
+
+_ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm in its ready pose
+_BASE_ROOM = 0.41  # m; where the base has less to its sides it had better not stand
+_BLOCKED_STAND = 10.0  # m of way; what it costs to end one there
+_AROUND = 6.0  # m; how far ways lead beyond start and goal
+_BORDER = 1.0  # m; how far around what is known
+_KNOWN = 1.2  # m around the base: what is not among the known points there is gone
+_REPLAN = 10  # updates
+_FAR = 1e4  # m; more than any way costs
+
+
+class Ways:
+    """Remembers what was seen on the ground and plans on it.
+
+    Where nothing was seen yet is taken for free: the robot finds out when it gets there.
+    """
+
+    def __init__(self, start: FloatArray, goal: FloatArray) -> None:
+        """Nothing is known, and no way has an end yet.
+
+        Args:
+            start: Position of the base, shape (2,), m.
+            goal: Position of the goal, shape (2,), m.
+        """
+        half = 0.5 * float(np.abs(goal - start).max()) + _AROUND
+        self._corner = cell_of(0.5 * (start + goal) - half)
+        self._low = np.zeros([int(2 * half / CELL) + 1] * 2, dtype=np.bool_)
+        self._high = np.zeros_like(self._low)
+        self._updates = 0
+        self.surprises = 0.0
+        """By how much ways from where the robot was have become longer [m]."""
+
+    def end_at(self, stands: FloatArray, first: IntArray) -> None:
+        """Set where ways may end.
+
+        Args:
+            stands: What it costs to end a way in cells around the goal, shape (m, m), m; inf where
+                the arm does not reach the goal from.
+            first: Numbers of the cell of the first row and column of `stands`, shape (2,).
+        """
+        self._stands, self._first_stand = np.minimum(stands, _FAR), first
+
+    def update(self, points: FloatArray, base_height: float, base: FloatArray) -> None:
+        """Take in what is known now, and every tenth time plan anew.
+
+        Args:
+            points: Known obstacle points in the world, shape (N, 3), m.
+            base_height: Of the base [m]; what is higher meets only the arm.
+            base: Position of the base, shape (2,), m.
+        """
+        _remember(self._low, self._high, points, base_height, base, self._corner)
+        if self._updates == 0:
+            self._plan(base)
+        elif self._updates % _REPLAN == 0:
+            before = self.ahead(base, 0.0)[2]
+            self._plan(base)
+            self.surprises += self.ahead(base, 0.0)[2] - before
+        self._updates += 1
+
+    def ahead(self, base: FloatArray, yaw: float) -> tuple[FloatArray, float, float]:
+        """The way from a pose of the base.
+
+        Args:
+            base: Position, shape (2,), m.
+            yaw: Direction, rad.
+
+        Returns:
+            A point 0.8 m ahead on the way or its end, shape (2,), m; the length up to there [m];
+            and the cost of the whole way [m], which counts narrow places several times.
+        """
+        place, length, cost = descend(self._cost, self._step, CELL, base - self._offset, yaw)
+        return place + self._offset, length, cost
+
+    def _plan(self, base: FloatArray) -> None:
+        """Costs of crossing cells and of the ways from them, in the part that matters."""
+        first, last = self._part(base)
+        part = np.s_[first[0] : last[0], first[1] : last[1]]
+        low, high = _distance(self._low[part]), _distance(self._high[part])
+        self._step = crossing_costs(low, high, CELL)
+        self._cost = np.full(low.shape, _FAR)
+        (i, j), (m, n) = self._first_stand - self._corner - first, self._stands.shape
+        ends = np.s_[i : i + m, j : j + n]
+        self._cost[ends] = self._stands + np.where(low[ends] < _BASE_ROOM, _BLOCKED_STAND, 0.0)
+        sweep(self._cost, self._step)
+        self._offset = (self._corner + first) * CELL
+
+    def _part(self, base: FloatArray) -> tuple[IntArray, IntArray]:
+        """Corners of the rectangle around base, goal and all that is known."""
+        known = np.argwhere(self._low | self._high)
+        ends = self._first_stand - self._corner
+        marks = np.vstack([known, cell_of(base) - self._corner, ends, ends + self._stands.shape])
+        border = round(_BORDER / CELL)
+        first = np.clip(marks.min(axis=0) - border, 0, None)
+        return first, np.minimum(marks.max(axis=0) + border, self._low.shape)
+
+
+def cell_of(place: FloatArray) -> IntArray:
+    """Number of the cell of a place (2,) [m]."""
+    return np.floor(place / CELL).astype(np.int64)
+
+
+def _distance(cells: BoolArray) -> FloatArray:
+    """Of each cell to the nearest one that is set [m]."""
+    if not cells.any():
+        return np.full(cells.shape, _FAR)
+    return np.asarray(CELL * distance_transform_edt(~cells))
+
+
+@njit(cache=True)
+def _remember(
+    low: BoolArray,
+    high: BoolArray,
+    points: FloatArray,
+    base_height: float,
+    base: FloatArray,
+    corner: IntArray,
+) -> None:
+    """Replace what is remembered of the surroundings by the points."""
+    rows, columns = low.shape
+    middle_i = int(np.floor(base[0] / CELL)) - corner[0]
+    middle_j = int(np.floor(base[1] / CELL)) - corner[1]
+    around = int(_KNOWN / CELL)
+    for i in range(max(middle_i - around, 0), min(middle_i + around + 1, rows)):
+        for j in range(max(middle_j - around, 0), min(middle_j + around + 1, columns)):
+            if (i - middle_i) ** 2 + (j - middle_j) ** 2 < around**2:
+                low[i, j] = high[i, j] = False
+    for k in range(len(points)):
+        i = int(np.floor(points[k, 0] / CELL)) - corner[0]
+        j = int(np.floor(points[k, 1] / CELL)) - corner[1]
+        if 0 <= i < rows and 0 <= j < columns and points[k, 2] < _ARM_HEIGHT:
+            if points[k, 2] < base_height:
+                low[i, j] = True
+            else:
+                high[i, j] = True

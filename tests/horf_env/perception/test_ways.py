@@ -1,0 +1,78 @@
+"""Ways on what has been seen: memory, plans and the choice of a direction."""
+
+import numpy as np
+import pytest
+
+from horf_env.perception.ways import CELL, Ways, cell_of
+
+BASE_HEIGHT = 0.38  # m
+START, GOAL = np.zeros(2), np.array([6.0, 0.0])
+
+
+def ways(points=(), goal=GOAL):
+    found = Ways(START, goal)
+    found.end_at(np.zeros((4, 4)), cell_of(goal))
+    for cloud in points:
+        found.update(cloud, BASE_HEIGHT, START)
+    return found
+
+
+def wall(x, least_y, greatest_y, z=0.2):
+    y = np.arange(least_y, greatest_y, 0.02)
+    return np.stack([np.full_like(y, x), y, np.full_like(y, z)], axis=1)
+
+
+NOTHING = np.empty((0, 3))
+
+
+def test_a_free_way_costs_its_length():
+    place, length, cost = ways([NOTHING]).ahead(START, 0.0)
+    assert cost == pytest.approx(6.0, abs=0.1)
+    assert length == pytest.approx(0.8, abs=CELL)
+    np.testing.assert_allclose(place, [0.8, 0.0], atol=0.06)
+
+
+def test_what_is_out_of_sight_is_remembered():
+    far = wall(2.0, -1.0, 3.0)
+    seen = ways([far]).ahead(START, 0.0)
+    remembered = ways([far] + 10 * [NOTHING]).ahead(START, 0.0)
+    assert remembered[2] == seen[2] > 6.5
+
+
+def test_what_is_gone_nearby_is_forgotten():
+    near = wall(1.0, -0.5, 0.5)
+    assert ways([near]).ahead(START, 0.0)[2] > 6.5
+    assert ways([near] + 10 * [NOTHING]).ahead(START, 0.0)[2] == pytest.approx(6.0, abs=0.1)
+
+
+def test_bad_news_are_counted():
+    found = ways([NOTHING])
+    before = found.ahead(START, 0.0)[2]
+    for _ in range(10):
+        found.update(wall(2.0, -1.0, 3.0), BASE_HEIGHT, START)
+    assert found.surprises == pytest.approx(found.ahead(START, 0.0)[2] - before)
+    assert found.surprises > 0.5
+
+
+def test_goes_on_where_a_turn_would_not_pay():
+    """Both ends of a wall are as good; the robot keeps to the side that it looks at."""
+    found = ways([wall(2.0, -2.0, 2.0)])
+    left, right = (found.ahead(START, yaw)[0][1] for yaw in (0.9, -0.9))
+    assert left > 0.1
+    assert right < -0.1
+
+
+def test_a_closed_wall_is_no_end_of_the_way():
+    """It is dear to break through, not impossible: what was seen may be wrong."""
+    ring = np.vstack([wall(x, -1.0, 1.0) for x in (-1.0, 1.0)])
+    ring = np.vstack([ring, ring[:, [1, 0, 2]]])
+    _, length, cost = ways([ring]).ahead(START, 0.0)
+    assert length == pytest.approx(0.8, abs=CELL)
+    assert 7.0 < cost < 50.0
+
+
+def test_a_base_beyond_the_grid_finds_back():
+    found = ways([NOTHING])
+    place, _, _ = found.ahead(np.array([-50.0, 0.0]), 0.0)
+    assert np.isfinite(place).all()
+    found.update(NOTHING, BASE_HEIGHT, np.array([-50.0, 0.0]))
