@@ -37,8 +37,8 @@ class MapSettings:
         history: How long a point is remembered after it was last seen [s]; inf for ever.
         carving: Whether points that the camera sees through are forgotten.
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
-        fill_behind: How far unseen space behind an occupied voxel counts as occupied [m]; none by
-            default: it closes ways that are free, and nothing was hit without it.
+        fill_behind: How far unseen space behind an occupied voxel counts as occupied [m]. More
+            closes ways that are free, less hits sides that nobody has seen.
         free_goal: Whether the space of the hand at the goal counts as seen, see `goal_space`.
         guard_unseen_ground: Whether unseen ground is told to the control layer.
         near: Within this distance of the base all points are used [m], beyond every second one.
@@ -55,7 +55,7 @@ class MapSettings:
     history: float = np.inf
     carving: bool = True
     fill_above: bool = True
-    fill_behind: float = 0.0
+    fill_behind: float = 0.15
     free_goal: bool = True
     guard_unseen_ground: bool = True
     near: float = 1.3

@@ -70,7 +70,8 @@ def test_each_rule_of_the_map_is_off_in_one_run_alone(safety):
             changed[name] = {field for field, _ in fields}
     assert changed == {
         "no_fill_above": {"fill_above"},
-        "fill_behind": {"fill_behind"},
+        "no_fill_behind": {"fill_behind"},
+        "fill_far_behind": {"fill_behind"},
         "no_free_goal": {"free_goal"},
         "no_guard_at_all": {"guard_unseen_ground"},
         "no_carving": {"carving"},
