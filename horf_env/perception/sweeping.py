@@ -11,9 +11,9 @@ from horf_env.types import FloatArray
 # a blocked metre counts as many. It is not infinite: the robot may stand in such a cell.
 _BASE_ROOM, _ARM_ROOM, _BLOCKED = 0.36, 0.15, 15.0
 # Nearer than this [m] there is no room for turns; metres more that such a metre counts.
-_BASE_EASE, _ARM_EASE, _UNEASY = 0.41, 0.30, 4.0
+BASE_EASE, _ARM_EASE, _UNEASY = 0.41, 0.30, 4.0
 # Below this distance [m] a metre counts as up to seven, so that the way keeps to the middle.
-_COMFORT, _NARROW_COST = 0.75, 6.0
+COMFORT, NARROW_COST = 0.75, 6.0
 _ARM_BONUS = 0.1  # m; the arm yields, the base does not
 _ROUNDS, _CONVERGED = 8, 1e-3  # m
 
@@ -35,10 +35,10 @@ def crossing_costs(low: FloatArray, high: FloatArray, cell: float) -> FloatArray
         for j in range(low.shape[1]):
             base, arm = low[i, j], high[i, j]
             gap = min(base, arm + _ARM_BONUS)
-            factor = 1.0 + _NARROW_COST * max(1.0 - gap / _COMFORT, 0.0)
+            factor = 1.0 + NARROW_COST * max(1.0 - gap / COMFORT, 0.0)
             if base < _BASE_ROOM or arm < _ARM_ROOM:
                 factor = _BLOCKED
-            elif base < _BASE_EASE or arm < _ARM_EASE:
+            elif base < BASE_EASE or arm < _ARM_EASE:
                 factor += _UNEASY
             costs[i, j] = cell * factor
     return costs

@@ -9,15 +9,14 @@ from numba import njit
 from scipy.ndimage import distance_transform_edt
 
 from horf_env.perception.descent import descend
-from horf_env.perception.sweeping import crossing_costs, sweep
+from horf_env.perception.sweeping import BASE_EASE, crossing_costs, sweep
+from horf_env.robot.footprint import CARRIED_HEIGHT
 from horf_env.types import BoolArray, FloatArray, IntArray
 
 CELL: Final = 0.05
 """Edge of a cell [m]."""
 
-_ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm in its ready pose
-_BASE_ROOM = 0.41  # m; where the base has less to its sides it had better not stand
-_BLOCKED_STAND = 10.0  # m of way; what it costs to end one there
+_TIGHT_STAND = 10.0  # m of way; what it costs to end one where the base cannot turn
 _AROUND = 6.0  # m; how far ways lead beyond start and goal
 _BORDER = 1.0  # m; how far around what is known
 _KNOWN = 1.2  # m around the base: what is not among the known points there is gone
@@ -96,7 +95,7 @@ class Ways:
         self._cost = np.full(low.shape, _FAR)
         (i, j), (m, n) = self._first_stand - self._corner - first, self._stands.shape
         ends = np.s_[i : i + m, j : j + n]
-        self._cost[ends] = self._stands + np.where(low[ends] < _BASE_ROOM, _BLOCKED_STAND, 0.0)
+        self._cost[ends] = self._stands + np.where(low[ends] < BASE_EASE, _TIGHT_STAND, 0.0)
         sweep(self._cost, self._step)
         self._offset = (self._corner + first) * CELL
 
@@ -143,7 +142,7 @@ def _remember(
     for k in range(len(points)):
         i = int(np.floor(points[k, 0] / CELL)) - corner[0]
         j = int(np.floor(points[k, 1] / CELL)) - corner[1]
-        if 0 <= i < rows and 0 <= j < columns and points[k, 2] < _ARM_HEIGHT:
+        if 0 <= i < rows and 0 <= j < columns and points[k, 2] < CARRIED_HEIGHT:
             if points[k, 2] < base_height:
                 low[i, j] = True
             else:

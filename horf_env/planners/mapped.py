@@ -11,9 +11,9 @@ import numpy as np
 from horf_env.perception import Guide
 from horf_env.planners.oracle import KnownEnv, OraclePlanner
 from horf_env.records import StepRecord
+from horf_env.robot.footprint import CARRIED_HEIGHT
 from horf_env.types import FloatArray
 
-_ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm
 _BLOCK_HEIGHT = 0.2  # m; a place that is to be avoided counts as an obstacle for the base
 
 
@@ -44,7 +44,7 @@ class MappedRoute:
     def clearance(self, position: FloatArray) -> float:
         """Least distance of a base centre (2,) to known obstacles, seen from above [m]."""
         points = self._env.record.points
-        near = points[points[:, 2] < _ARM_HEIGHT, :2] - position
+        near = points[points[:, 2] < CARRIED_HEIGHT, :2] - position
         return float(np.sqrt((near**2).sum(axis=1).min(initial=np.inf)))
 
     def discourage(self, position: FloatArray) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from horf_env.robot.footprint import BASE_HEIGHT
+from horf_env.perception.sweeping import COMFORT, NARROW_COST
+from horf_env.robot.footprint import BASE_HEIGHT, CARRIED_HEIGHT
 from horf_env.robot.reachability import standing_cost
 from horf_env.scenes.distance import outline_distance
 from horf_env.scenes.scene import Box, Cylinder, Scene
@@ -16,12 +17,9 @@ from horf_env.types import FloatArray
 
 _CELL = 0.1  # m
 _BORDER = 2.0  # m of floor around everything that counts
-_ARM_HEIGHT = 1.15  # m; what hangs higher is above the arm in its ready pose
 # Least distances of the base's centre to what the base and to what the arm could hit [m]. The
 # narrower ones are for scenes without a way that keeps the wider.
 _CLEARANCES = ((0.40, 0.30), (0.38, 0.15), (0.36, 0.0))
-# Below this distance [m] a way costs up to seven times as much, so that it keeps to the middle.
-_COMFORT, _NARROW_COST = 0.75, 6.0
 _STAND_CLEARANCE = 0.38  # m
 _AROUND, _DISCOURAGED_COST = 0.35, 3.0  # m, and m of way for each m or to stand there
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
@@ -44,7 +42,7 @@ class Route:
         ij = np.stack(np.meshgrid(*map(np.arange, self._shape), indexing="ij"), axis=-1)
         self._points = self._lower + _CELL * ij.reshape(-1, 2)
         self._base = _gaps(scene, self._points, 0.0, BASE_HEIGHT + 0.05)
-        self._arm = _gaps(scene, self._points, BASE_HEIGHT + 0.05, _ARM_HEIGHT)
+        self._arm = _gaps(scene, self._points, BASE_HEIGHT + 0.05, CARRIED_HEIGHT)
         clear = self._base > _STAND_CLEARANCE
         self._stands = np.where(clear, standing_cost(goal, self._points), np.inf)
         self._discouraged = np.zeros(len(self._points))
@@ -99,7 +97,7 @@ class Route:
         a, b = self._edges(self._free | np.isfinite(stand))
         gap = np.minimum(self._base, self._arm + 0.05)
         step = np.linalg.norm(self._points[a] - self._points[b], axis=1)
-        cost = step * (1 + _NARROW_COST * np.clip(1 - 0.5 * (gap[a] + gap[b]) / _COMFORT, 0, None))
+        cost = step * (1 + NARROW_COST * np.clip(1 - 0.5 * (gap[a] + gap[b]) / COMFORT, 0, None))
         cost += step * 0.5 * (self._discouraged[a] + self._discouraged[b])
         # A last node behind all places to stand makes it one search. Zero weights are no edges.
         rows, columns = np.append(a, ends), np.append(b, np.full(len(ends), n))

@@ -8,3 +8,6 @@ camera on its front."""
 
 BASE_HEIGHT = 0.38
 """Height of the LD-60's body [m]."""
+
+CARRIED_HEIGHT = 1.15
+"""What hangs higher [m] is above the arm in its ready pose."""
