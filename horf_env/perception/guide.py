@@ -10,8 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from horf_env.perception.ways import CELL, Ways, cell_of
-from horf_env.robot.footprint import BASE_HEIGHT
+from horf_env.perception.ways import CELL, GroundWays, cell_of
 from horf_env.robot.reachability import standing_cost
 from horf_env.types import FloatArray
 
@@ -37,8 +36,7 @@ class Guide:
         centres = (first[:, None] + steps + 0.5) * CELL
         places = np.stack(np.meshgrid(*centres, indexing="ij"), axis=-1)
         stands = standing_cost(goal, places.reshape(-1, 2)).reshape(places.shape[:2])
-        self.ways = Ways(start, goal[:2, 3])
-        self.ways.end_at(stands, first)
+        self.ways = GroundWays(start, goal[:2, 3], stands, first)
 
     def view(self, points: FloatArray, T_world_base: FloatArray) -> FloatArray:
         """What the guide says at a pose of the base.
@@ -53,7 +51,7 @@ class Guide:
             way up to it [m], less where the way ends; and cost of the whole way [m].
         """
         R, t = T_world_base[:3, :3], T_world_base[:3, 3]
-        self.ways.update(points, BASE_HEIGHT, t[:2])
+        self.ways.update(points, t[:2])
         ahead, length, cost = self.ways.ahead(t[:2], float(np.arctan2(R[1, 0], R[0, 0])))
         goal = R.T @ np.column_stack([self._goal[:3, 3] - t, self._goal[:3, 2], self._goal[:3, 0]])
         target = R[:2, :2].T @ (ahead - t[:2])

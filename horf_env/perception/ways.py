@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from horf_env.perception.descent import descend
 from horf_env.perception.sweeping import BASE_EASE, crossing_costs, sweep
-from horf_env.robot.footprint import CARRIED_HEIGHT
+from horf_env.robot.footprint import BASE_HEIGHT, CARRIED_HEIGHT
 from horf_env.types import BoolArray, FloatArray, IntArray
 
 CELL: Final = 0.05
@@ -24,46 +24,41 @@ _REPLAN = 10  # updates
 _FAR = 1e4  # m; more than any way costs
 
 
-class Ways:
+class GroundWays:
     """Remembers what was seen on the ground and plans on it.
 
     Where nothing was seen yet is taken for free: the robot finds out when it gets there.
     """
 
-    def __init__(self, start: FloatArray, goal: FloatArray) -> None:
-        """Nothing is known, and no way has an end yet.
+    def __init__(
+        self, start: FloatArray, goal: FloatArray, stands: FloatArray, first: IntArray
+    ) -> None:
+        """Nothing is known.
 
         Args:
             start: Position of the base, shape (2,), m.
             goal: Position of the goal, shape (2,), m.
+            stands: What it costs to end a way in cells around the goal, shape (m, m), m; inf where
+                the arm does not reach the goal from.
+            first: Numbers of the cell of the first row and column of `stands`, shape (2,).
         """
         half = 0.5 * float(np.abs(goal - start).max()) + _AROUND
         self._corner = cell_of(0.5 * (start + goal) - half)
         self._low = np.zeros([int(2 * half / CELL) + 1] * 2, dtype=np.bool_)
         self._high = np.zeros_like(self._low)
+        self._stands, self._first_stand = np.minimum(stands, _FAR), first
         self._updates = 0
         self.surprises = 0.0
         """By how much ways from where the robot was have become longer [m]."""
 
-    def end_at(self, stands: FloatArray, first: IntArray) -> None:
-        """Set where ways may end.
-
-        Args:
-            stands: What it costs to end a way in cells around the goal, shape (m, m), m; inf where
-                the arm does not reach the goal from.
-            first: Numbers of the cell of the first row and column of `stands`, shape (2,).
-        """
-        self._stands, self._first_stand = np.minimum(stands, _FAR), first
-
-    def update(self, points: FloatArray, base_height: float, base: FloatArray) -> None:
+    def update(self, points: FloatArray, base: FloatArray) -> None:
         """Take in what is known now, and every tenth time plan anew.
 
         Args:
             points: Known obstacle points in the world, shape (N, 3), m.
-            base_height: Of the base [m]; what is higher meets only the arm.
             base: Position of the base, shape (2,), m.
         """
-        _remember(self._low, self._high, points, base_height, base, self._corner)
+        _remember(self._low, self._high, points, base, self._corner)
         if self._updates == 0:
             self._plan(base)
         elif self._updates % _REPLAN == 0:
@@ -126,7 +121,6 @@ def _remember(
     low: BoolArray,
     high: BoolArray,
     points: FloatArray,
-    base_height: float,
     base: FloatArray,
     corner: IntArray,
 ) -> None:
@@ -143,7 +137,7 @@ def _remember(
         i = int(np.floor(points[k, 0] / CELL)) - corner[0]
         j = int(np.floor(points[k, 1] / CELL)) - corner[1]
         if 0 <= i < rows and 0 <= j < columns and points[k, 2] < CARRIED_HEIGHT:
-            if points[k, 2] < base_height:
+            if points[k, 2] < BASE_HEIGHT:
                 low[i, j] = True
             else:
                 high[i, j] = True

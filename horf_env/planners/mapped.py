@@ -18,7 +18,7 @@ _BLOCK_HEIGHT = 0.2  # m; a place that is to be avoided counts as an obstacle fo
 
 
 class MappedRoute:
-    """Ways on the robot's own map, planned anew at every step."""
+    """Ways on the ground that the robot has seen."""
 
     def __init__(self, env: KnownEnv) -> None:
         """Start without anything to avoid.

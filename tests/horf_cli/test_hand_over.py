@@ -5,7 +5,6 @@ import pytest
 from horf_cli.config import TrainConfig
 from horf_cli.environments import EnvSettings, make_env, reach_env
 from horf_cli.hand_over import HandOver
-from horf_cli.training_envs import training_envs
 
 SETTINGS = EnvSettings(scene="doorway")
 
@@ -35,18 +34,6 @@ def test_without_a_share_nothing_happens():
         np.testing.assert_array_equal(found[key], value)
     plain.close()
     wrapped.close()
-
-
-def test_the_episode_can_be_repeated():
-    config = TrainConfig(env=SETTINGS, steps=10, hand_over=1.0)
-    envs, copy = training_envs(config), training_envs(config)
-    envs.seed(3)
-    last = envs.reset()
-    for _ in range(4):
-        last = envs.step(np.full((1, 6), 0.2, np.float32))[0]
-    assert copy.repeat(envs.episode_states(), last)
-    envs.close()
-    copy.close()
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.1])

@@ -8,7 +8,6 @@ from horf_cli.environments import EnvSettings, make_env
 from horf_cli.lesson import Lesson
 from horf_cli.metrics import read_metrics
 from horf_cli.training import train
-from horf_cli.training_envs import training_envs
 
 from sb3_bayes_dsac.common.taught_buffer import TAKEN_ACTION, TEACHER_ACTION
 
@@ -41,18 +40,6 @@ def test_turns_are_long_enough_to_show_something():
     learner_drove = (taken == STILL).all(axis=1)
     changes = np.flatnonzero(np.diff(learner_drove.astype(int)))
     assert np.diff(changes).min() >= 20
-
-
-def test_the_episode_can_be_repeated():
-    config = TrainConfig(algo="dagger", env=SETTINGS, steps=10)
-    envs, copy = training_envs(config), training_envs(config)
-    envs.seed(3)
-    last = envs.reset()
-    for _ in range(30):
-        last = envs.step(np.full((1, 6), 0.2, np.float32))[0]
-    assert copy.repeat(envs.episode_states(), last)
-    envs.close()
-    copy.close()
 
 
 @pytest.mark.parametrize("changes", [{"guided_steps": 10}, {"env": VELOCITIES}])

@@ -3,17 +3,15 @@
 import numpy as np
 import pytest
 
-from horf_env.perception.ways import CELL, Ways, cell_of
+from horf_env.perception.ways import CELL, GroundWays, cell_of
 
-BASE_HEIGHT = 0.38  # m
 START, GOAL = np.zeros(2), np.array([6.0, 0.0])
 
 
 def ways(points=(), goal=GOAL):
-    found = Ways(START, goal)
-    found.end_at(np.zeros((4, 4)), cell_of(goal))
+    found = GroundWays(START, goal, np.zeros((4, 4)), cell_of(goal))
     for cloud in points:
-        found.update(cloud, BASE_HEIGHT, START)
+        found.update(cloud, START)
     return found
 
 
@@ -49,7 +47,7 @@ def test_bad_news_are_counted():
     found = ways([NOTHING])
     before = found.ahead(START, 0.0)[2]
     for _ in range(10):
-        found.update(wall(2.0, -1.0, 3.0), BASE_HEIGHT, START)
+        found.update(wall(2.0, -1.0, 3.0), START)
     assert found.surprises == pytest.approx(found.ahead(START, 0.0)[2] - before)
     assert found.surprises > 0.5
 
@@ -75,4 +73,4 @@ def test_a_base_beyond_the_grid_finds_back():
     found = ways([NOTHING])
     place, _, _ = found.ahead(np.array([-50.0, 0.0]), 0.0)
     assert np.isfinite(place).all()
-    found.update(NOTHING, BASE_HEIGHT, np.array([-50.0, 0.0]))
+    found.update(NOTHING, np.array([-50.0, 0.0]))
