@@ -57,8 +57,9 @@ class TrainConfig(BaseModel):
         device: Of torch.
         threads: Of torch.
         env: The environment.
-        guided_steps: Steps of the oracle's demonstrations that are in the replay buffer before the
-            policy acts; they are not among `steps`. 0 in the paper.
+        guided_steps: Steps of demonstrations (of the oracle, or of the planner that actions
+            correct) that are in the replay buffer before the policy acts; they are not among
+            `steps`. 0 in the paper.
         hand_over: Share of training episodes in which the oracle drives up to a random distance
             from the goal, a curriculum over distance. 0 in the paper.
         encoding: How nets see the deviation: "raw" as it is, "multi_scale" also squashed at 0.1 and
@@ -128,10 +129,16 @@ class TrainConfig(BaseModel):
         self.env.check()
         arguments = self.arguments()
         entry = catalogue().algorithm(self.algo)
-        is_shown = entry.is_taught or self.guided_steps or self.hand_over
+        is_taught = entry.is_taught or bool(self.hand_over)
+        is_shown = is_taught or self.guided_steps
         if is_shown and self.env.action_layer != OraclePlanner.action_layer:
             cure = f"the planner that shows how needs {OraclePlanner.action_layer}"
             raise SettingError("env.action_layer", cure)
+        if is_taught and self.env.action_mode == "residual":
+            cure = "dagger and hand_over give whole actions; leave them or residual out"
+            raise SettingError("env.action_mode", cure)
+        if self.env.action_mode == "residual" and self.env.action_layer == "joint_velocity":
+            raise SettingError("env.action_mode", "residual corrects twists, not joint_velocity")
         plain = entry.kind == "off_policy" and not entry.is_taught
         if self.guided_steps and (not plain or self.n_envs > 1):
             raise SettingError(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, Literal, cast
 
 import gymnasium as gym
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field, PositiveInt
 
 import horf_env
 from horf_env.control import ACTION_LAYERS, control_preset
@@ -15,6 +15,7 @@ from horf_env.env import HorfReachEnv
 from horf_env.errors import UnknownNameError
 from horf_env.faults import FAULTS, with_fault
 from horf_env.planners import Planner
+from horf_env.residual import RESIDUAL_PLANNERS, ResidualActions
 from horf_env.robot import limits_profile
 from horf_env.scenes import SCENES
 from horf_env.scenes.instances import instances
@@ -29,7 +30,14 @@ gym.register_envs(horf_env)
 
 
 class EnvSettings(BaseModel):
-    """Arguments of `horf/Reach-v0`, see there, and a fault of `horf_env.faults` or None."""
+    """Arguments of `horf/Reach-v0`, see there, and what is put around it.
+
+    Attributes:
+        action_mode: "direct" if actions are those of the action layer, "residual" if they correct
+            those of a planner; see `horf_env.residual`.
+        base_planner: The planner that is corrected.
+        fault: A name of `horf_env.faults`, or None.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -39,9 +47,13 @@ class EnvSettings(BaseModel):
     limits: str = "ld60"
     perception: str = "camera"
     simulation: str = "kinematic"
+    # TOML and command lines have lists, and no tuples.
+    image: Annotated[tuple[PositiveInt, PositiveInt] | None, Field(strict=False)] = None
     depth_noise: bool = False
     map_view: bool = False
     guide: bool = False
+    action_mode: Literal["direct", "residual"] = "direct"
+    base_planner: str = "mapped"
     fault: str | None = None
 
     def check(self) -> None:
@@ -59,14 +71,20 @@ class EnvSettings(BaseModel):
             ("action layer", self.action_layer, ACTION_LAYERS),
             ("perception", self.perception, PERCEPTIONS),
             ("simulation mode", self.simulation, MODES),
+            ("planner to be corrected", self.base_planner, RESIDUAL_PLANNERS),
         ):
             if name not in valid:
                 raise UnknownNameError(kind, name, valid)
 
     def for_planner(self, planner: Planner) -> EnvSettings:
-        """The same with the action layer of a planner and the observations that a policy wants."""
-        wanted = {name: bool(getattr(planner, name, False)) for name in ("map_view", "guide")}
-        return self.model_copy(update={"action_layer": planner.action_layer, **wanted})
+        """The same with the action layer of a planner and the observations that a policy wants.
+
+        A planner's actions are whole ones, also those of a policy that corrects another planner's.
+        """
+        policy = getattr(planner, "trained_in", EnvSettings())
+        wanted = {name: getattr(policy, name) for name in ("image", "map_view", "guide")}
+        whole = {"action_layer": planner.action_layer, "action_mode": "direct"}
+        return self.model_copy(update=whole | wanted)
 
     @property
     def scene_name(self) -> str:
@@ -81,8 +99,13 @@ def make_env(settings: EnvSettings) -> Env:
         UnknownNameError: If one of the names is not valid.
         SceneFileError: If the scene file cannot be used.
     """
-    env: Env = gym.make("horf/Reach-v0", **settings.model_dump(exclude={"fault"}))
-    return with_fault(env, settings.fault) if settings.fault else env
+    around = {"fault", "action_mode", "base_planner"}
+    env: Env = gym.make("horf/Reach-v0", **settings.model_dump(exclude=around))
+    if settings.fault:
+        env = with_fault(env, settings.fault)
+    if settings.action_mode == "residual":
+        env = ResidualActions(env, settings.base_planner)
+    return env
 
 
 def reach_env(env: Env) -> HorfReachEnv:

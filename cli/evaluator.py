@@ -11,7 +11,7 @@ from horf_env.recording import EpisodeRecorder
 from .config import TrainConfig
 from .environments import Env, make_env
 from .episodes import Observer, Trial, run_episode
-from .policies import PolicyPlanner
+from .policies import PolicyPlanner, policy_planner
 from .recordings import save_recording
 from .runs import RunFolder
 
@@ -29,7 +29,9 @@ class Evaluator:
 
     def __init__(self, config: TrainConfig, folder: RunFolder, check: Callable[..., None]) -> None:
         self._config, self._folder, self._check = config, folder, check
-        self._env: Env = make_env(config.env)
+        direct = config.env.model_copy(update={"action_mode": "direct"})
+        # A policy that corrects a planner is a planner, whose actions are whole ones.
+        self._env: Env = make_env(direct)
 
     def run(self, model: BaseAlgorithm, episodes: int, name: str) -> list[Trial]:
         """Evaluate.
@@ -39,7 +41,7 @@ class Evaluator:
             episodes: How many instances.
             name: Of the recording.
         """
-        planner = PolicyPlanner(model, self._config.env)
+        planner = policy_planner(model, self._config.env)
         *others, last = range(episodes)
         trials = [self._drive(planner, instance, []) for instance in others]
         recorder = EpisodeRecorder()

@@ -1,6 +1,7 @@
-"""Demonstrations of the oracle in the replay buffer, before a policy acts for the first time.
+"""Demonstrations in the replay buffer, before a policy acts for the first time.
 
-Not in the paper. A goal is ten metres of clutter away, and chance does not get there.
+Not in the paper. A goal is ten metres of clutter away, and chance does not get there. The oracle
+shows how; where actions correct a planner, that planner does, uncorrected.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 
-from horf_env.planners import OraclePlanner
+from horf_env.planners import OraclePlanner, Planner
+from horf_env.types import FloatArray
 
 from .config import TrainConfig
 from .environments import Env, make_env, reach_env
@@ -29,7 +31,7 @@ _STILL, _STILL_STEPS = 0.02, 60
 
 @dataclass(frozen=True)
 class Guided:
-    """What the oracle has shown.
+    """What has been shown.
 
     Attributes:
         steps: Transitions in the buffer.
@@ -42,10 +44,23 @@ class Guided:
     successes: int
 
 
+class Uncorrected:
+    """Leaves the planner that is corrected as it is; see `horf_env.planners.Planner`."""
+
+    action_layer = "sdf_qp"
+
+    def reset(self, env: Env) -> None:
+        """Nothing to forget."""
+
+    def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
+        """No correction."""
+        return np.zeros(6)
+
+
 def guide(
     model: OffPolicyAlgorithm, config: TrainConfig, check: Callable[[], None] = lambda: None
 ) -> Guided:
-    """Let the oracle drive training instances and store what happens.
+    """Let a planner drive training instances and store what happens.
 
     Args:
         model: Its replay buffer is filled.
@@ -54,11 +69,12 @@ def guide(
     """
     env, rng = make_env(config.env), np.random.default_rng([config.seed, config.guided_steps])
     env.reset(seed=int(rng.integers(2**31)))  # an own stream of instances
+    planner = Uncorrected() if config.env.action_mode == "residual" else OraclePlanner()
     steps = episodes = successes = 0
     try:
         while steps < config.guided_steps:
             infos = []
-            for info in islice(_episode(model, env, rng), config.guided_steps - steps):
+            for info in islice(_episode(model, env, planner, rng), config.guided_steps - steps):
                 infos.append(info)
                 check()
             steps, episodes = steps + len(infos), episodes + 1
@@ -69,10 +85,10 @@ def guide(
 
 
 def _episode(
-    model: OffPolicyAlgorithm, env: Env, rng: np.random.Generator
+    model: OffPolicyAlgorithm, env: Env, planner: Planner, rng: np.random.Generator
 ) -> Iterator[dict[str, Any]]:
     """Drive one episode; gives the info of each step after it was stored."""
-    planner, places = OraclePlanner(), deque[np.ndarray](maxlen=_STILL_STEPS)
+    places = deque[np.ndarray](maxlen=_STILL_STEPS)
     observation, _ = env.reset()
     planner.reset(env)
     noise = _NOISE if rng.random() < _NOISY_SHARE else 0.0

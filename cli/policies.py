@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from horf_env.residual import ADVICE, Residual
 from horf_env.types import N_VELOCITIES, FloatArray
 
 from .algorithms import catalogue
@@ -30,11 +31,15 @@ class Predictor(Protocol):
 
 
 class PolicyPlanner:
-    """A policy that acts without noise; see `horf_env.planners.Planner`."""
+    """A policy that acts without noise; see `horf_env.planners.Planner`.
+
+    Attributes:
+        action_layer: See `horf_env.planners.Planner`.
+        trained_in: The environment of its training.
+    """
 
     def __init__(self, model: Predictor, env: EnvSettings) -> None:
-        self._model, self.action_layer = model, env.action_layer
-        self.map_view, self.guide = env.map_view, env.guide
+        self._model, self.trained_in, self.action_layer = model, env, env.action_layer
 
     def reset(self, env: Env) -> None:
         """Nothing to forget: the depth frames of the observation are the memory."""
@@ -43,6 +48,33 @@ class PolicyPlanner:
         """Mean action of the policy."""
         action: FloatArray = self._model.predict(observation, deterministic=True)[0]
         return action
+
+
+class CorrectingPlanner(PolicyPlanner):
+    """A planner and a policy that corrects it, together."""
+
+    def __init__(self, model: Predictor, env: EnvSettings) -> None:
+        super().__init__(model, env)
+        self._residual = Residual(env.base_planner)
+
+    def reset(self, env: Env) -> None:
+        """Tell the planner that is corrected."""
+        self._residual.reset(env)
+
+    def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
+        """The planner's action with the mean correction of the policy."""
+        return self._residual.action(super().act(self._residual.advised(observation)))
+
+
+def policy_planner(model: Predictor, env: EnvSettings) -> PolicyPlanner:
+    """What a model of an environment does, as whole actions.
+
+    Args:
+        model: A model or policy.
+        env: The environment that it is, or was, trained in.
+    """
+    kind = CorrectingPlanner if env.action_mode == "residual" else PolicyPlanner
+    return kind(model, env)
 
 
 def load_policy(path: Path, *, trust: bool = False) -> PolicyPlanner:
@@ -58,9 +90,9 @@ def load_policy(path: Path, *, trust: bool = False) -> PolicyPlanner:
     """
     if path.suffix == ".zip":
         _, model = _from_zip(path, trust=trust)
-        return PolicyPlanner(model, _env_settings(model))
+        return policy_planner(model, _env_settings(model))
     settings, policy = read_policy(policy_file(path))
-    return PolicyPlanner(policy, settings.env)
+    return policy_planner(policy, settings.env)
 
 
 def policy_file(path: Path) -> Path:
@@ -126,8 +158,14 @@ def _algorithm_of(path: Path) -> str:
 
 
 def _env_settings(model: BaseAlgorithm) -> EnvSettings:
-    """A zip does not say what its actions are; nine numbers are velocities, six a twist."""
+    """What a zip's spaces tell: nine numbers are velocities, six a twist or its correction."""
     spaces = getattr(model.observation_space, "spaces", {})
     is_velocity = model.action_space.shape == (N_VELOCITIES,)
     layer = "joint_velocity" if is_velocity else "sdf_qp"
-    return EnvSettings(action_layer=layer, map_view="map" in spaces, guide="guide" in spaces)
+    return EnvSettings(
+        action_layer=layer,
+        image=spaces["depth"].shape[:0:-1] if "depth" in spaces else None,
+        map_view="map" in spaces,
+        guide="guide" in spaces,
+        action_mode="residual" if ADVICE in spaces else "direct",
+    )
