@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, cast
 
 import gymnasium as gym
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveInt
 
 import horf_env
 from horf_env.control import ACTION_LAYERS, control_preset
@@ -22,6 +22,7 @@ from horf_env.scenes.instances import instances
 from horf_env.scenes.source import MIXED, family_instance, scene_source
 from horf_env.sensing import PERCEPTIONS
 from horf_env.simulation import MODES
+from horf_env.task import RewardWeights
 from horf_env.types import FloatArray
 
 Env = gym.Env[dict[str, np.ndarray], FloatArray]
@@ -33,6 +34,8 @@ class EnvSettings(BaseModel):
     """Arguments of `horf/Reach-v0`, see there, and what is put around it.
 
     Attributes:
+        deviation_weight: See `horf_env.task.RewardWeights`.
+        follow_weight: The same.
         action_mode: "direct" if actions are those of the action layer, "residual" if they correct
             those of a planner; see `horf_env.residual`.
         base_planner: The planner that is corrected.
@@ -52,6 +55,8 @@ class EnvSettings(BaseModel):
     depth_noise: bool = False
     map_view: bool = False
     guide: bool = False
+    deviation_weight: NonNegativeFloat = RewardWeights.deviation
+    follow_weight: NonNegativeFloat = RewardWeights.follow
     action_mode: Literal["direct", "residual"] = "direct"
     base_planner: str = "mapped"
     fault: str | None = None
@@ -99,8 +104,9 @@ def make_env(settings: EnvSettings) -> Env:
         UnknownNameError: If one of the names is not valid.
         SceneFileError: If the scene file cannot be used.
     """
-    around = {"fault", "action_mode", "base_planner"}
-    env: Env = gym.make("horf/Reach-v0", **settings.model_dump(exclude=around))
+    ours = {"fault", "action_mode", "base_planner", "deviation_weight", "follow_weight"}
+    reward = RewardWeights(settings.deviation_weight, settings.follow_weight)
+    env: Env = gym.make("horf/Reach-v0", reward=reward, **settings.model_dump(exclude=ours))
     if settings.fault:
         env = with_fault(env, settings.fault)
     if settings.action_mode == "residual":

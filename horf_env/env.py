@@ -38,7 +38,7 @@ from horf_env.scenes.source import SceneSource, scene_source
 from horf_env.sdf import RobotSdf
 from horf_env.sensing import Senses
 from horf_env.simulation import MoveResult, PyBulletWorld
-from horf_env.task import MAX_STEPS, STEP, RewardTerms, is_reached, reward_terms
+from horf_env.task import MAX_STEPS, STEP, RewardTerms, RewardWeights, is_reached, reward_terms
 from horf_env.types import FloatArray
 
 _WORLD_EXTENT = 100.0  # m; bound of the position error in the observation space
@@ -87,6 +87,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         depth_noise: bool = False,
         map_view: bool = False,
         guide: bool = False,
+        reward: RewardWeights | None = None,
         render_mode: str | None = None,
     ) -> None:
         """Make the environment.
@@ -109,6 +110,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             depth_noise: Whether depth images have the D435's disparity noise.
             map_view: Whether observations have a `map`; the paper's have none.
             guide: Whether observations have a `guide`, see `Guide`; the paper's have none.
+            reward: Weights of the reward; see there for those without it.
             render_mode: "rgb_array" or None.
 
         Raises:
@@ -131,6 +133,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             depth_noise=depth_noise,
             map_view=map_view,
             guide=guide,
+            reward=reward,
             render_mode=render_mode,
         )
         self.render_mode = render_mode
@@ -152,6 +155,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         )
         self._world = PyBulletWorld(mode=simulation)
         self._map_view, self._guided = map_view, guide
+        self._reward = reward or RewardWeights()
         size = image or (self._camera.width, self._camera.height)
         space = _observation_space(size, self.limits, map_view=map_view, guide=guide)
         self.observation_space = cast("spaces.Space[Observation]", space)
@@ -223,6 +227,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             servo_twist=servo,
             clearance=self._min_distance,
             collided=self._collided,
+            weights=self._reward,
         )
         self.record = self._record(points, command, achieved, reward)
         success = is_reached(self._deviation) and not self._collided

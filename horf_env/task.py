@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from horf_env.robot.vectors import norm
+from horf_env.settings import check_not_negative
 from horf_env.types import FloatArray
 
 STEP = 0.05
@@ -20,15 +21,35 @@ ROTATION_TOLERANCE = 0.1  # rad; the same
 # Values of eq. 14. The 25s are printed; the rest has no value in the paper.
 GOAL_REWARD = 25.0
 COLLISION_REWARD = -25.0
-# Per step and (m and rad mixed, as printed): 10 m away for 200 steps costs 100, so that waiting is
-# never better than arriving, while a metre more or less on the way stays below the goal's 25.
-DEVIATION_WEIGHT = 0.05
-# Per step and m/s (and rad/s): ignoring the servo for 100 steps costs 5 to 10, detours stay cheap.
-FOLLOW_WEIGHT = 0.05
 # s_d [m]: equal to the margin of the avoidance rows, so that only what the QP did not hold costs.
 SAFE_DISTANCE = 0.05
 # Clearances below count as this [m], so that a touch costs -3.9 a step at most and not -infinity.
 _LEAST_DISTANCE = 0.001
+
+
+@dataclass(frozen=True)
+class RewardWeights:
+    """Weights of the two terms of eq. 14 that every step has; the paper prints none.
+
+    Attributes:
+        deviation: lambda_dev, per step and (m and rad mixed, as printed). 10 m away for 200 steps
+            costs 100, so that waiting is never better than arriving, while a metre more or less on
+            the way stays below the goal's 25. To somebody who looks far ahead it makes a collision
+            cheaper than being stuck: 0.01 does not.
+        follow: lambda_fol, per step and m/s (and rad/s). Ignoring the servo for 100 steps costs
+            5 to 10, detours stay cheap.
+    """
+
+    deviation: float = 0.05
+    follow: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Refuse what would reward deviations.
+
+        Raises:
+            SettingError: If a weight is negative or not finite.
+        """
+        check_not_negative(self, "deviation", "follow")
 
 
 @dataclass(frozen=True)
@@ -73,6 +94,7 @@ def reward_terms(
     servo_twist: FloatArray,
     clearance: float,
     collided: bool,
+    weights: RewardWeights,
 ) -> RewardTerms:
     """Evaluate eq. 14 after a step.
 
@@ -82,11 +104,12 @@ def reward_terms(
         servo_twist: EE twist of the position servo, v_dir, shape (6,), m/s and rad/s.
         clearance: Least distance y to anything during the step [m].
         collided: Whether the robot touched anything.
+        weights: Of the terms that every step has.
     """
     reached = is_reached(deviation) and not collided
     return RewardTerms(
-        deviation=-DEVIATION_WEIGHT * norm(deviation),
-        follow=-FOLLOW_WEIGHT * norm(servo_twist - twist),
+        deviation=-weights.deviation * norm(deviation),
+        follow=-weights.follow * norm(servo_twist - twist),
         time=-STEP,
         goal=GOAL_REWARD if reached else 0.0,
         collision=COLLISION_REWARD if collided else _closeness(clearance),

@@ -7,7 +7,7 @@ import pytest
 from horf_env.env import HorfReachEnv
 from horf_env.errors import InvalidActionError, SceneFileError, UnknownNameError
 from horf_env.planners import PLANNERS
-from horf_env.task import GOAL_REWARD, MAX_STEPS, is_reached, reward_terms
+from horf_env.task import GOAL_REWARD, MAX_STEPS, RewardWeights, is_reached, reward_terms
 
 ALL_INFO = {
     "is_success",
@@ -164,6 +164,7 @@ def test_the_collision_term_is_continuous_and_bounded():
             servo_twist=np.zeros(6),
             clearance=clearance,
             collided=collided,
+            weights=RewardWeights(),
         ).collision
 
     assert collision(0.05) == collision(0.3) == 0.0
