@@ -2,7 +2,8 @@
 
 An obstacle is thicker than its visible surface and stands on what is below it. Space that no ray
 has passed, right above a seen surface or a little behind it, is therefore taken as occupied
-(not in the paper). Other unseen space is not: taking all of it froze the robot.
+(not in the paper). Other unseen space is not: taking all of it froze the robot. What the camera sees
+from below, a table top, hangs: it is taken for a plate, with nothing on it that nobody has seen.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from numba import njit
 
 from horf_env.perception.voxel_grid import BIT, COVERED, VoxelGrid, near_points, wrapped
 from horf_env.types import FloatArray
+
+_CLEAR = 4
+"""Layers that were seen free below a surface that hangs."""
 
 
 class HiddenSpace(NamedTuple):
@@ -52,6 +56,7 @@ def obstacle_points(
     radii: tuple[float, float],
     body_layers: np.uint64,
     above: bool,
+    plate: int,
     behind: int,
     out: FloatArray,
 ) -> FloatArray:
@@ -65,6 +70,7 @@ def obstacle_points(
             second [m].
         body_layers: Bits of the layers that are free where the base has stood.
         above: Whether all that is unseen right above an occupied voxel counts.
+        plate: How far, in voxels, it counts above one that hangs.
         behind: How far, in voxels, unseen space behind an occupied voxel counts.
         out: Work space for the points, shape (M, 3), m.
 
@@ -72,7 +78,7 @@ def obstacle_points(
         Shape (N, 3), m.
     """
     found = near_points(grid, middle[0], middle[1], radii[0], radii[1], out)
-    found = _append_hidden(grid, space, middle, body_layers, above, behind, out, found)
+    found = _append_hidden(grid, space, middle, body_layers, above, plate, behind, out, found)
     return out[:found].copy()
 
 
@@ -83,6 +89,7 @@ def _append_hidden(
     middle: tuple[float, float],
     body_layers: np.uint64,
     above: bool,
+    plate: int,
     behind: int,
     out: FloatArray,
     found: int,
@@ -91,7 +98,7 @@ def _append_hidden(
     side, size = len(space.unseen) - 2, grid.size
     first_x = int(np.floor(middle[0] / size)) - side // 2
     first_y = int(np.floor(middle[1] / size)) - side // 2
-    _load(grid, space, first_x, first_y, body_layers, above)
+    _load(grid, space, first_x, first_y, body_layers, above, plate)
     unseen, filled, grown = space.unseen, space.filled, space.grown
     around, wider = space.around, space.wider
     around[:] = filled
@@ -127,6 +134,7 @@ def _load(
     first_y: int,
     body_layers: np.uint64,
     above: bool,
+    plate: int,
 ) -> None:
     """Copy the area into the work space and fill upwards."""
     n, side = len(grid.seen), len(space.unseen) - 2
@@ -144,7 +152,7 @@ def _load(
             fill[j] = occupied
         if above:
             for j in range(side):
-                fill[j] = _filled_upwards(fill[j], unseen[j])
+                fill[j] = _filled_upwards(fill[j], unseen[j], plate)
 
 
 @njit(cache=True)
@@ -165,13 +173,25 @@ def _remember(
 
 
 @njit(cache=True)
-def _filled_upwards(occupied: np.uint64, unseen: np.uint64) -> np.uint64:
-    """Occupied bits and all runs of unseen bits right above them.
+def _filled_upwards(occupied: np.uint64, unseen: np.uint64, plate: int) -> np.uint64:
+    """Occupied bits and the runs of unseen bits right above them, `plate` bits of those that hang.
 
     A one added to the lowest bit of a run carries through all of it and clears it.
     """
-    carried = unseen + (unseen & (occupied << BIT))
-    return occupied | (unseen & ~carried)
+    hanging = _hanging(occupied, ~(occupied | unseen))
+    carried = unseen + (unseen & (occupied & ~hanging) << BIT)
+    for _ in range(plate):
+        hanging |= hanging << BIT & unseen
+    return occupied | hanging | (unseen & ~carried)
+
+
+@njit(cache=True)
+def _hanging(occupied: np.uint64, free: np.uint64) -> np.uint64:
+    """Runs of occupied bits above some that were seen free."""
+    clear = free << BIT
+    for _ in range(_CLEAR - 1):
+        clear &= clear << BIT
+    return occupied & ~(occupied + (occupied & clear))
 
 
 @njit(cache=True)

@@ -37,6 +37,8 @@ class MapSettings:
         history: How long a point is remembered after it was last seen [s]; inf for ever.
         carving: Whether points that the camera sees through are forgotten.
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
+        plate: How far this reaches above what hangs [m], such as a table top: thicker things show
+            their sides. inf to treat it as what stands.
         fill_behind: How far unseen space behind an occupied voxel counts as occupied [m]. More
             closes ways that are free, less hits sides that nobody has seen.
         free_goal: Whether the space of the hand at the goal counts as seen, see `goal_space`.
@@ -55,6 +57,7 @@ class MapSettings:
     history: float = np.inf
     carving: bool = True
     fill_above: bool = True
+    plate: float = 0.1
     fill_behind: float = 0.15
     free_goal: bool = True
     guard_unseen_ground: bool = True
@@ -70,7 +73,7 @@ class MapSettings:
             SettingError: If a number is out of its range.
         """
         check_positive(self, "voxel", "near", "far")
-        check_unbounded(self, "history")
+        check_unbounded(self, "history", "plate")
         check_not_negative(self, "fill_behind", "start_radius", "grace")
 
     def make(self) -> LocalMap:
@@ -94,6 +97,7 @@ class LocalMap:
         self._near_seen = np.zeros((2, side + 2, side + 2), dtype=np.uint8)
         self._ground = np.empty((side**2, 2))
         self._space = hidden_space(2 * round(settings.near / settings.voxel))
+        self._plate = round(min(settings.plate / settings.voxel, settings.layers))
         self._behind = round(settings.fill_behind / settings.voxel)
         self._grace = round(settings.grace / settings.voxel)
         self._make_grid()
@@ -153,6 +157,7 @@ class LocalMap:
                 (s.near, s.far),
                 self._body_layers,
                 s.fill_above,
+                self._plate,
                 self._behind,
                 self._points,
             )

@@ -173,7 +173,11 @@ class OraclePlanner:
         speed = min(fastest, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * room))
         speed *= max(0.0, np.cos(bearing)) ** 4  # turn first
         turn = np.clip(_TURN_GAIN * bearing, -_FASTEST_TURN, _FASTEST_TURN)
-        return self._carried(state, speed, float(turn))
+        return self._carried(state, *self._steer(speed, float(turn)))
+
+    def _steer(self, speed: float, turn: float) -> tuple[float, float]:
+        """What the base does of a speed [m/s] and a turn [rad/s] at once."""
+        return speed, turn
 
     def _carried(self, state: RobotState, speed: float, turn: float) -> FloatArray:
         """Twist of the gripper while the base drives [m/s] and turns [rad/s]."""
