@@ -22,9 +22,9 @@ RESIDUAL_PLANNERS: Final[dict[str, type[Planner]]] = {"hra": HraPlanner, "mapped
 ADVICE: Final = "advice"
 """Part of the observation: what the planner would do."""
 
-SHARE: Final = 0.4
-"""Of the range of actions that a correction covers. Random corrections leave the planner `mapped` a
-quarter of its successes: enough for a learner to see what success is worth."""
+SHARE: Final = 0.25
+"""Of the range of actions that a correction covers. Random corrections of 0.4, ten steps each, left
+`mapped` 4 of 16 goals on training instances, of 0.2 they left 7; without any it reached 14 of 24."""
 
 _FADE = 0.5
 """Distance of the gripper from the goal [m] from which on corrections get less: the planner's servo

@@ -2,8 +2,8 @@
 
 An obstacle is thicker than its visible surface and stands on what is below it. Space that no ray
 has passed, right above a seen surface or a little behind it, is therefore taken as occupied
-(not in the paper). Other unseen space is not: taking all of it froze the robot. What the camera sees
-from below, a table top, hangs: it is taken for a plate, with nothing on it that nobody has seen.
+(not in the paper). Other unseen space is not: taking all of it froze the robot. What is seen
+from below, a table top, hangs: it is taken for a plate with nothing on it but what was seen.
 """
 
 from __future__ import annotations
