@@ -31,7 +31,8 @@ def new_model(config: TrainConfig, env: GymEnv) -> BaseAlgorithm:
     """
     algorithm, networks = catalogue().algorithm(config.algo), catalogue().networks
     extra: dict[str, Any] = {}
-    if algorithm.kind == "off_policy":
+    # Between corrections there are more frames than one: SB3's own buffer keeps whole stacks.
+    if algorithm.kind == "off_policy" and config.env.action_mode == "direct":
         taught = algorithm.is_taught
         extra["replay_buffer_class"] = TaughtReplayBuffer if taught else FrameStackReplayBuffer
         # The map is an image, but no stack of frames.
@@ -64,4 +65,7 @@ def buffer_megabytes(model: BaseAlgorithm) -> float | None:
     buffer = getattr(model, "replay_buffer", None)
     if buffer is None:
         return None
-    return float(buffer.nbytes / _MEGABYTE)
+    if isinstance(buffer, FrameStackReplayBuffer):
+        return buffer.nbytes / _MEGABYTE
+    plain = (*buffer.observations.values(), *buffer.next_observations.values())
+    return float(sum(part.nbytes for part in plain) / _MEGABYTE)

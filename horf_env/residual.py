@@ -24,7 +24,7 @@ ADVICE: Final = "advice"
 
 SHARE: Final = 0.25
 """Of the range of actions that a correction covers. Random corrections of 0.4, ten steps each, left
-`mapped` 4 of 16 goals on training instances, of 0.2 they left 7; without any it reached 14 of 24."""
+`mapped` 4 of 16 goals on training instances, those of 0.2 left 7; alone it reached 14 of 24."""
 
 _FADE = 0.5
 """Distance of the gripper from the goal [m] from which on corrections get less: the planner's servo
