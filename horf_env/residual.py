@@ -64,7 +64,7 @@ class Residual:
 
     def action(self, correction: FloatArray) -> FloatArray:
         """The planner's last action and a correction in [-1, 1] together, shape (6,)."""
-        return np.clip(self._advice + self._share * correction, -1.0, 1.0).astype(np.float32)
+        return np.clip(self._advice + self._share * correction, -1.0, 1.0)
 
 
 class ResidualActions(gym.Wrapper[Any, Any, Any, Any]):

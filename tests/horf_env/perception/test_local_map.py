@@ -148,6 +148,20 @@ def test_unseen_space_above_a_surface_counts_as_occupied(above, lowest):
     assert (over[:, 2].max() > 0.7) == above
 
 
+@pytest.mark.parametrize(
+    ("plate", "low", "high"), [(0.0, 0.55, 0.6), (0.1, 0.65, 0.7), (np.inf, 0.7, 0.8)]
+)
+def test_what_hangs_is_taken_for_a_plate(plate, low, high):
+    """A table whose top, at 0.6 m, is higher than the camera, which sees it from below."""
+    table, wall = Box((1.3, 0.0, 0.58), (0.5, 0.5, 0.02), 0.0), Box((3, 0, 1), (0.1, 3, 1), 0.0)
+    settings = MapSettings(fill_behind=0.0, plate=plate)
+    looker = Looker(scene([table, wall]), settings, model=CameraModel())
+    for x in np.linspace(-0.3, 0.0, 13):
+        points = looker.look(base(x))
+    over = points[(points[:, 0] > 0.9) & (points[:, 0] < 1.2) & (np.abs(points[:, 1]) < 0.3)]
+    assert low < over[:, 2].max() <= high
+
+
 @pytest.mark.parametrize("depth", [0.0, 0.15, 0.3])
 def test_unseen_space_behind_a_surface_counts_as_occupied_so_far(depth):
     low = Box((1.2, 0.0, 0.15), (0.4, 0.4, 0.15), 0.0)  # its top, 0.3 m, is below the camera
@@ -242,6 +256,7 @@ def test_reset_forgets_everything():
         {"history": -1.0},
         {"grace": np.inf},
         {"fill_behind": -0.1},
+        {"plate": np.nan},
     ],
 )
 def test_impossible_settings_are_refused(wrong):

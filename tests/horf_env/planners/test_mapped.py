@@ -35,5 +35,23 @@ def test_does_not_look_at_the_true_scene():
     np.testing.assert_array_equal(*actions)
 
 
+def test_turns_on_the_spot_or_on_a_wide_bend():
+    """The inner side of a tight turn sweeps ground that the camera does not see."""
+    env = gym.make("horf/Reach-v0", scene="forest", perception="camera")
+    planner = MappedPlanner()
+    observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    planner.reset(env)
+    velocities = []
+    for _ in range(200):
+        observation, *_, info = env.step(planner.act(observation))
+        velocities.append(info["velocity"][:2])
+    env.close()
+    forward, turn = np.abs(np.array(velocities)).T
+    driving = forward > 0.3
+    assert driving.sum() > 50
+    # The QP, which the planner tells how the gripper shall move, has a word in it.
+    assert np.quantile(turn[driving] / forward[driving], 0.9) < 1.0
+
+
 def test_is_a_planner_by_name():
     assert PLANNERS["mapped"] is MappedPlanner
