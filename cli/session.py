@@ -100,7 +100,7 @@ class Session:
     def _guide(self, model: OffPolicyAlgorithm) -> None:
         shown = guide(model, self._config, self._interruption.check)
         self._listener.note(
-            f"the oracle reached {shown.successes} of {shown.episodes} goals in {shown.steps} steps"
+            f"demonstrations: {shown.successes} of {shown.episodes} goals in {shown.steps} steps"
         )
 
     def _restore(self, loaded: Loaded, envs: TimedEnvs, log: RunLog, *, exact: bool) -> None:
