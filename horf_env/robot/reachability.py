@@ -6,6 +6,7 @@ shoulder; it can from the side.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -20,7 +21,7 @@ from horf_env.types import FloatArray
 _DISTANCES = np.array([0.45, 0.6, 0.75, 0.9, 1.05, 1.2])  # m
 _DIRECTIONS = np.radians(np.arange(-180.0, 181.0, 30.0))
 _LEVEL_AXES = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # of the gripper
-_SEEDS = 8
+_CARRIED_HEIGHT, _DOWN = 0.8, 0.1  # m; where the gripper is carried, and steps down from there
 # Places to stand: least joint margin [rad], what is enough, and m of way for each rad less.
 _LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
 _HEIGHT_STEP, _TILT_STEP = 0.05, 0.1  # m, rad; goals that are more alike share a map
@@ -67,7 +68,7 @@ def standing_cost(goal: FloatArray, places: FloatArray) -> FloatArray:
 @lru_cache(maxsize=256)
 def _margins(height_steps: int, tilt_steps: int) -> FloatArray:
     """Margins by distance and direction; see `_HEIGHT_STEP` and `_TILT_STEP`."""
-    robot, rng = MobileManipulator.load(), np.random.default_rng(0)
+    robot = MobileManipulator.load()
     goal = np.eye(4)
     tilt = Rotation.from_euler("y", tilt_steps * _TILT_STEP).as_matrix()
     goal[:3, :3] = tilt @ _LEVEL_AXES
@@ -79,17 +80,25 @@ def _margins(height_steps: int, tilt_steps: int) -> FloatArray:
                 distance * np.sin(direction),
                 height_steps * _HEIGHT_STEP,
             ]
-            margins[i, j] = _margin(robot, np.array([0.0, 0.0, direction]), goal, rng)
+            margins[i, j] = _margin(robot, np.array([0.0, 0.0, direction]), goal)
     return margins
 
 
-def _margin(
-    robot: MobileManipulator, base: FloatArray, goal: FloatArray, rng: np.random.Generator
-) -> float:
-    best = -1.0
-    for k in range(_SEEDS):
-        seed = rng.uniform(ARM_LOWER, ARM_UPPER) if k else ARM_READY
-        arm = arm_ik(robot, base, goal, seed)
-        if arm is not None:
-            best = max(best, float(min((arm - ARM_LOWER).min(), (ARM_UPPER - arm).min())))
-    return best
+def _margin(robot: MobileManipulator, base: FloatArray, goal: FloatArray) -> float:
+    """Least margin on the way from the ready pose to above the goal and down to it, or -1.
+
+    A pose that no such way leads to is of no use: the arm is not moved from one branch of its
+    inverse kinematics to another.
+    """
+    arm, least, height = ARM_READY, np.inf, float(goal[2, 3])
+    highest = max(_CARRIED_HEIGHT, height)
+    steps = 1 + math.ceil((highest - height) / _DOWN)
+    for way_height in np.linspace(highest, height, steps):
+        place = goal.copy()
+        place[2, 3] = way_height
+        found = arm_ik(robot, base, place, arm)
+        if found is None:
+            return -1.0
+        arm = found
+        least = min(least, float((arm - ARM_LOWER).min()), float((ARM_UPPER - arm).min()))
+    return least
