@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from horf_env.robot import ARM_READY, MobileManipulator
 from horf_env.robot.inverse_kinematics import arm_ik
+from horf_env.robot.limits import ARM_LOWER, ARM_UPPER
 from horf_env.robot.reachability import joint_margin
 
 LEVEL = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # along x, x axis up
@@ -33,6 +34,15 @@ def test_a_level_goal_at_shoulder_height_is_reached_from_the_side_only():
 def test_nothing_is_reached_from_afar_or_from_too_near():
     margins = joint_margin(pose(LEVEL, 0.65), np.concatenate([around(3.0, [0]), around(0.1, [0])]))
     assert (margins < 0).all()
+
+
+def test_a_pose_that_no_way_from_the_ready_pose_leads_to_does_not_count():
+    robot, goal = MobileManipulator.load(), pose(LEVEL, 0.4, -np.pi / 3, (0.45, 0.0))
+    branch = np.array([0.05, 0.93, 0.53, -2.56, -1.6, 1.14, -2.12])
+    arm = arm_ik(robot, np.zeros(3), goal, branch)
+    assert arm is not None
+    assert min((arm - ARM_LOWER).min(), (ARM_UPPER - arm).min()) > 0.4
+    assert joint_margin(goal, np.zeros((1, 2)))[0] < 0.0
 
 
 @pytest.mark.parametrize("yaw", [0.7, -2.5])
