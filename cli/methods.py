@@ -11,12 +11,13 @@ from pathlib import Path
 from horf_env.errors import UnknownNameError
 from horf_env.planners import PLANNERS, Planner
 
+from . import packaged
 from .exit_codes import CliError
 from .runs import RunFolder
 
 _GROUP = "horf.methods"
 POLICY_METHOD = "horf"
-"""Name of a policy that is given without one."""
+"""Name of the packaged policy, and of one that is given without a name."""
 
 
 @dataclass(frozen=True)
@@ -102,12 +103,12 @@ def _method(name: str, policies: dict[str, str], *, trust: bool) -> Method:
         path = policies[name]
     elif name in planner_names():
         return Method(name)
+    elif name == POLICY_METHOD:
+        path = str(packaged.POLICY)
     elif Path(name).exists():
         path = name
     else:
-        raise UnknownNameError(
-            "method", name, [*planner_names(), f"{POLICY_METHOD} (with --policy)"]
-        )
+        raise UnknownNameError("method", name, [*planner_names(), POLICY_METHOD])
     if Path(path).is_dir():
         RunFolder.around(Path(path)).read()
     elif not Path(path).exists():

@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .. import packaged
 from ..options import Json
 
 if TYPE_CHECKING:
     from horf_env.planners import Planner
 
     from ..episodes import Trial
-
-_METHOD = "hra"
-"""The best method that needs no training."""
-
 
 def demo(
     out: Annotated[
@@ -26,7 +23,7 @@ def demo(
     instance: Annotated[int, typer.Option(min=0, help="Test instance of each scene.")] = 0,
     policy: Annotated[
         Path | None,
-        typer.Option(help="A file of `horf export` or a run folder, instead of the servo."),
+        typer.Option(help="A file of `horf export` or a run folder, instead of the packaged one."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -38,11 +35,13 @@ def demo(
 
     from ..console import notes, print_json, results
     from ..folders import new_folder
+    from ..policies import load_policy
     from ..tables import trial_table
 
     for scene in SCENES:
         test_instance(scene, instance)  # a wrong number is refused before a folder is made
-    name, planner = _method(policy)
+    path = policy or packaged.POLICY
+    name, planner = path.stem, load_policy(path)
     folder = new_folder(out)
     trials = []
     with notes().status("loading") as status:
@@ -55,16 +54,6 @@ def demo(
     console = results()
     console.print(trial_table(trials, title=f"{name}, instance {instance} of each scene"))
     console.print(f"recordings (.rrd) and pictures (.png): {folder}")
-
-
-def _method(policy: Path | None) -> tuple[str, Planner]:
-    if policy is None:
-        from horf_env.planners import PLANNERS
-
-        return _METHOD, PLANNERS[_METHOD]()
-    from ..policies import load_policy
-
-    return policy.stem, load_policy(policy)
 
 
 def _drive(name: str, planner: Planner, scene: str, instance: int, folder: Path) -> Trial:
