@@ -117,7 +117,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
             UnknownNameError: If any of the names is not valid.
             SceneFileError: If the scene file cannot be used.
             MissingAssetError: If the Panda's meshes are not installed.
-            SettingError: If the images in observations have more pixels than the camera.
+            SettingError: If the images in observations have more pixels than the camera, or the
+                memory is none.
         """
         EzPickle.__init__(
             self,

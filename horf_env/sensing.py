@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from horf_env.errors import UnknownNameError
+from horf_env.errors import SettingError, UnknownNameError
 from horf_env.perception import (
     CameraModel,
     DepthCamera,
@@ -75,10 +75,13 @@ class Senses:
 
         Raises:
             UnknownNameError: If there is no such perception.
-            SettingError: If the frames for the policy have more pixels than the camera.
+            SettingError: If the frames for the policy have more pixels than the camera, or the
+                memory is none.
         """
         if perception not in PERCEPTIONS:
             raise UnknownNameError("perception", perception, PERCEPTIONS)
+        if not hasattr(memory, "make"):
+            raise SettingError("memory", memory, "MapSettings or FrameSettings")
         self._sdf, self._model, self._full = sdf, camera, perception == "full"
         self._camera = DepthCamera(camera)
         self._pixels = coarser(camera, image or (camera.width, camera.height))

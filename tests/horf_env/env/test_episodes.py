@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from horf_env.env import HorfReachEnv
-from horf_env.errors import InvalidActionError, SceneFileError, UnknownNameError
+from horf_env.errors import InvalidActionError, SceneFileError, SettingError, UnknownNameError
 from horf_env.planners import PLANNERS
 from horf_env.task import GOAL_REWARD, MAX_STEPS, RewardWeights, is_reached, reward_terms
 
@@ -147,6 +147,11 @@ def test_info_tells_the_twist_that_was_asked_for_and_the_one_achieved(scene_file
         info = env.step(action)[-1]
         np.testing.assert_allclose(info["twist_command"], action * env.limits.twist_scale)
         np.testing.assert_allclose(info["twist_achieved"], J @ info["velocity"])
+
+
+def test_a_memory_that_is_none_is_named():
+    with pytest.raises(SettingError, match="'memory': expected MapSettings or FrameSettings"):
+        HorfReachEnv("room", memory="map")
 
 
 def test_a_malformed_scene_file_is_named(scene_file):
