@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from ..episodes import Trial
 
+
 def demo(
     out: Annotated[
         Path, typer.Option(help="Folder to make; a number is added to the name if it is taken.")

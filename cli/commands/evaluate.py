@@ -34,15 +34,16 @@ _ALL = "all"
 
 
 def _complete_methods(incomplete: str) -> list[str]:
-    from ..methods import planner_names
+    from ..methods import POLICY_METHOD, planner_names
 
-    return [name for name in planner_names() if name.startswith(incomplete)]
+    return [name for name in [POLICY_METHOD, *planner_names()] if name.startswith(incomplete)]
 
 
 Methods = Annotated[
     str,
     typer.Option(
-        help="With commas: planners (hra, ...), names given by --policy, run folders of your own.",
+        help="With commas: horf (the packaged policy), planners (hra, ...), names given by "
+        "--policy, run folders of your own.",
         autocompletion=_complete_methods,
         rich_help_panel=EXPERIMENT,
     ),
@@ -51,7 +52,7 @@ Policies = Annotated[
     list[str] | None,
     typer.Option(
         "--policy",
-        help="Weights (.safetensors) or run folder for the method horf, or NAME=PATH for another "
+        help="Weights (.safetensors) or run folder in place of horf, or NAME=PATH for another "
         "name. Can be given several times.",
         rich_help_panel=EXPERIMENT,
     ),
