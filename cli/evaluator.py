@@ -29,8 +29,8 @@ class Evaluator:
 
     def __init__(self, config: TrainConfig, folder: RunFolder, check: Callable[..., None]) -> None:
         self._config, self._folder, self._check = config, folder, check
-        direct = config.env.model_copy(update={"action_mode": "direct"})
         # A policy that corrects a planner is a planner, whose actions are whole ones.
+        direct = config.env.model_copy(update={"action_mode": "direct"})
         self._env: Env = make_env(direct)
 
     def run(self, model: BaseAlgorithm, episodes: int, name: str) -> list[Trial]:

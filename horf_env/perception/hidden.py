@@ -152,7 +152,8 @@ def _load(
             fill[j] = occupied
         if above:
             for j in range(side):
-                fill[j] = _filled_upwards(fill[j], unseen[j], plate)
+                if fill[j]:  # most columns are empty
+                    fill[j] = _filled_upwards(fill[j], unseen[j], plate)
 
 
 @njit(cache=True)

@@ -67,12 +67,12 @@ class MappedPlanner(OraclePlanner):
     """Shortest way on the own map, then the oracle's approach."""
 
     def _plan(self, env: KnownEnv) -> MappedRoute:
-        self._known = env
         return MappedRoute(env)
 
     def _steer(self, speed: float, turn: float) -> tuple[float, float]:
         """Wide turns, or turns on the spot."""
-        command = self._known.record.command
+        assert self._env is not None
+        command = self._env.record.command
         now = abs(float(command.velocity[0])) if command else 0.0
         sharpest = np.inf if now < _STANDING else now / _TURNING_RADIUS
         return (0.0 if abs(turn) > _SHARP else speed), float(np.clip(turn, -sharpest, sharpest))

@@ -21,7 +21,7 @@ from horf_env.types import FloatArray
 _DISTANCES = np.array([0.45, 0.6, 0.75, 0.9, 1.05, 1.2])  # m
 _DIRECTIONS = np.radians(np.arange(-180.0, 181.0, 30.0))
 _LEVEL_AXES = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])  # of the gripper
-_CARRIED_HEIGHT, _DOWN = 0.8, 0.1  # m; where the gripper is carried, and steps down from there
+_FROM_ABOVE, _DOWN = 0.8, 0.1  # m; where the gripper comes down from, and its steps
 # Places to stand: least joint margin [rad], what is enough, and m of way for each rad less.
 _LEAST_MARGIN, _ENOUGH_MARGIN, _STAND_COST = 0.1, 0.8, 4.0
 _HEIGHT_STEP, _TILT_STEP = 0.05, 0.1  # m, rad; goals that are more alike share a map
@@ -35,7 +35,7 @@ def joint_margin(goal: FloatArray, places: FloatArray) -> FloatArray:
         places: Centres of the base, shape (N, 2), m.
 
     Returns:
-        Shape (N,), rad; negative where no pose of the arm was found.
+        Shape (N,), rad, least on the way from above; negative where no such way was found.
     """
     axis, offset = goal[:3, 2], goal[:2, 3] - places
     tilt = float(np.arctan2(-axis[2], np.hypot(axis[0], axis[1])))
@@ -91,7 +91,7 @@ def _margin(robot: MobileManipulator, base: FloatArray, goal: FloatArray) -> flo
     inverse kinematics to another.
     """
     arm, least, height = ARM_READY, np.inf, float(goal[2, 3])
-    highest = max(_CARRIED_HEIGHT, height)
+    highest = max(_FROM_ABOVE, height)
     steps = 1 + math.ceil((highest - height) / _DOWN)
     for way_height in np.linspace(highest, height, steps):
         place = goal.copy()
