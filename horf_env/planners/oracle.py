@@ -12,22 +12,19 @@ from typing import Literal, Protocol, cast
 
 import gymnasium as gym
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from horf_env.control import deviation, servo_twist
+from horf_env.planners.carrying import carrying_twist, posture_before
 from horf_env.planners.patience import Patience
 from horf_env.planners.route import Route
 from horf_env.records import StepRecord
-from horf_env.robot import LimitsProfile, RobotState
+from horf_env.robot import ARM_READY, LimitsProfile, RobotState
 from horf_env.scenes import Scene
 from horf_env.types import FloatArray
 
 _LOOK_AHEAD, _ARRIVED, _FACING = 0.8, 0.2, 0.15  # m of way, m of way, rad
 _LEAVE = 1.6  # m from the goal; farther away it drives again
-_CARRIED = np.array([0.55, 0.0, 0.85])  # m; where the gripper is held while driving, in base axes
-_CARRIED_AXES = np.diag([1.0, -1.0, -1.0])  # the gripper points down, as in the ready pose
-_CARRY_TURN_GAIN, _CARRY_TURN = 2.0, 1.0  # 1/s, rad/s
-_CARRY_GAIN, _TURN_GAIN, _FASTEST_TURN = 1.5, 2.0, 1.2  # 1/s, 1/s, rad/s
+_TURN_GAIN, _FASTEST_TURN = 2.0, 1.2  # 1/s, rad/s
 _SLOWEST, _FASTEST, _SPEED_GAIN, _TIGHT = 0.5, 1.5, 1.5, 0.4  # m/s, m/s, 1/s, m of clearance
 # The gripper goes to a place on the line of approach, the farther before the goal the less it is in
 # line and turned: a funnel.
@@ -83,7 +80,8 @@ class OraclePlanner:
         self._goal = self._env.T_world_goal
         self._route = self._plan(self._env)
         self._scale = self._env.limits.twist_scale
-        self._stage, self._patience = "drive", Patience(_PATIENCE)
+        self._stage, self._posture = "drive", ARM_READY
+        self._patience = Patience(_PATIENCE)
 
     def _plan(self, env: KnownEnv) -> Ways:
         return Route(env.scene, env.T_world_goal)
@@ -131,6 +129,7 @@ class OraclePlanner:
             self._begin("drive")
         elif self._stage == "drive" and length < _ARRIVED:
             self._begin("turn")
+            self._posture = posture_before(self._goal, state.T_world_base[:2, 3], _BEFORE)
         elif self._stage == "turn" and abs(_bearing(state, self._goal[:2, 3])) < _FACING:
             self._begin("reach")
 
@@ -150,7 +149,7 @@ class OraclePlanner:
 
     def _begin(self, stage: Stage) -> None:
         if stage != self._stage:
-            self._stage = stage
+            self._stage, self._posture = stage, ARM_READY
             self._patience = Patience(_BACK_STEPS if stage == "back" else _PATIENCE)
 
     def _to_go(self, state: RobotState) -> float:
@@ -181,29 +180,7 @@ class OraclePlanner:
 
     def _carried(self, state: RobotState, speed: float, turn: float) -> FloatArray:
         """Twist of the gripper while the base drives [m/s] and turns [rad/s]."""
-        R, base = state.T_world_base[:3, :3], state.T_world_base[:3, 3]
-        gripper = R.T @ (state.T_world_ee[:3, 3] - base)
-        twist = np.zeros(6)
-        twist[:3] = _CARRY_GAIN * (_CARRIED - gripper)
-        twist[:2] += [speed - turn * gripper[1], turn * gripper[0]]
-        wanted = np.eye(4)
-        wanted[:3, :3] = self._carried_orientation(state)
-        error = deviation(state.T_world_ee, wanted, R)
-        twist[3:] = np.clip(_CARRY_TURN_GAIN * error[3:], -_CARRY_TURN, _CARRY_TURN)
-        twist[5] += turn
-        return twist
-
-    def _carried_orientation(self, state: RobotState) -> FloatArray:
-        """Axes of the gripper in the world, shape (3, 3), while it is carried.
-
-        Such that it is as the goal wants it once the base faces the goal.
-        """
-        R, goal = state.T_world_base[:3, :3], self._goal
-        if self._stage != "turn":
-            return np.asarray(R @ _CARRIED_AXES)
-        away = goal[:2, 3] - state.T_world_base[:2, 3]
-        facing = Rotation.from_euler("z", np.arctan2(away[1], away[0])).as_matrix()
-        return np.asarray(R @ facing.T @ goal[:3, :3])
+        return carrying_twist(state, self._posture, np.array([speed, turn]), self._scale)
 
     def _reach(self, state: RobotState) -> FloatArray:
         """Twist towards the goal through the funnel before it."""
