@@ -6,9 +6,11 @@ and its own joints.
 
 from __future__ import annotations
 
+import gymnasium as gym
 import numpy as np
 
 from horf_env.perception import Guide
+from horf_env.planners.giving_way import GivingWay
 from horf_env.planners.oracle import KnownEnv, OraclePlanner
 from horf_env.records import StepRecord
 from horf_env.robot.footprint import CARRIED_HEIGHT
@@ -18,6 +20,7 @@ from horf_env.types import FloatArray
 # wide, does not see. 1.75 m would show all of it, and is too wide for a forest.
 _TURNING_RADIUS = 1.2  # m
 _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
+_BACK_SPEED = 0.3  # m/s
 _BLOCK_HEIGHT = 0.2  # m; a place that is to be avoided counts as an obstacle for the base
 
 
@@ -66,13 +69,22 @@ class MappedRoute:
 class MappedPlanner(OraclePlanner):
     """Shortest way on the own map, then the oracle's approach."""
 
+    def reset(self, env: gym.Env[dict[str, np.ndarray], FloatArray]) -> None:
+        """See `Planner`."""
+        super().reset(env)
+        self._giving_way = GivingWay()
+
     def _plan(self, env: KnownEnv) -> MappedRoute:
         return MappedRoute(env)
 
     def _steer(self, speed: float, turn: float) -> tuple[float, float]:
-        """Wide turns, or turns on the spot."""
+        """Wide turns, or turns on the spot; backwards where neither is possible."""
         assert self._env is not None
         command = self._env.record.command
-        now = abs(float(command.velocity[0])) if command else 0.0
+        velocity = command.velocity[:2] if command else np.zeros(2)
+        speed = 0.0 if abs(turn) > _SHARP else speed
+        if self._giving_way.update(speed, velocity):
+            return -_BACK_SPEED, turn
+        now = abs(float(velocity[0]))
         sharpest = np.inf if now < _STANDING else now / _TURNING_RADIUS
-        return (0.0 if abs(turn) > _SHARP else speed), float(np.clip(turn, -sharpest, sharpest))
+        return speed, float(np.clip(turn, -sharpest, sharpest))
