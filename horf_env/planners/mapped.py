@@ -84,7 +84,7 @@ class MappedPlanner(OraclePlanner):
         velocity = command.velocity[:2] if command else np.zeros(2)
         speed = 0.0 if abs(turn) > _SHARP else speed
         if self._giving_way.update(speed, velocity):
-            return -_BACK_SPEED, turn
+            return -_BACK_SPEED, 0.0  # on ground that it came over
         now = abs(float(velocity[0]))
         sharpest = np.inf if now < _STANDING else now / _TURNING_RADIUS
         return speed, float(np.clip(turn, -sharpest, sharpest))
