@@ -19,7 +19,7 @@ from horf_env.robot import ARM_READY
 from horf_env.settings import check_not_negative, check_positive
 from horf_env.types import FloatArray
 
-_FASTEST_RETURN = 1.0  # rad/s; far from the ready pose the arm shall not jerk back
+FASTEST_RETURN = 1.0  # rad/s; far from the ready pose the arm shall not jerk back
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _terms(
         change, preferred = base_change_weight, turn if i == 1 else 0.0
         if i >= 2:
             back = posture_gain * (ARM_READY[i - 2] - configuration[i + 1])
-            change, preferred = arm_change_weight, min(max(back, -_FASTEST_RETURN), _FASTEST_RETURN)
+            change, preferred = arm_change_weight, min(max(back, -FASTEST_RETURN), FASTEST_RETURN)
         linear[i] = -weights[i] * preferred - change * last[i]
         weights[i] += change
     return weights, linear

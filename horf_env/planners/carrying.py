@@ -11,12 +11,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from horf_env.control.posture import FASTEST_RETURN, PostureObjective
 from horf_env.robot import ARM_READY, MobileManipulator, RobotState
 from horf_env.robot.inverse_kinematics import arm_ik
 from horf_env.types import FloatArray
 
-# Rates of `PostureObjective`: 1/s and at most 1 rad/s.
-_GAIN, _FASTEST = 1.0, 1.0
 _ARM_SHARE = 0.8  # of the range of twists; the rest is left for the base
 _LEAST_HEIGHT = 0.8  # m; over what stands about, as in the ready pose
 
@@ -35,7 +34,8 @@ def carrying_twist(
     Returns:
         Shape (6,), in base axes, m/s and rad/s.
     """
-    joints = np.clip(_GAIN * (posture - state.configuration[3:]), -_FASTEST, _FASTEST)
+    joints = PostureObjective.posture_gain * (posture - state.configuration[3:])
+    joints = np.clip(joints, -FASTEST_RETURN, FASTEST_RETURN)
     arm = state.ee_jacobian[:, 2:] @ joints
     arm /= max(1.0, float(np.abs(arm / scale).max()) / _ARM_SHARE)
     return np.asarray(state.ee_jacobian[:, :2] @ base + arm)

@@ -20,7 +20,7 @@ from horf_env.types import FloatArray
 # wide, does not see. 1.75 m would show all of it, and is too wide for a forest.
 _TURNING_RADIUS = 1.2  # m
 _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
-_BACK_SPEED = 0.3  # m/s
+_GIVING_WAY = 0.3  # m/s, backwards
 _BLOCK_HEIGHT = 0.2  # m; a place that is to be avoided counts as an obstacle for the base
 
 
@@ -84,7 +84,7 @@ class MappedPlanner(OraclePlanner):
         velocity = command.velocity[:2] if command else np.zeros(2)
         speed = 0.0 if abs(turn) > _SHARP else speed
         if self._giving_way.update(speed, velocity):
-            return -_BACK_SPEED, 0.0  # on ground that it came over
+            return -_GIVING_WAY, 0.0  # on ground that it came over
         now = abs(float(velocity[0]))
         sharpest = np.inf if now < _STANDING else now / _TURNING_RADIUS
         return speed, float(np.clip(turn, -sharpest, sharpest))

@@ -114,7 +114,7 @@ class OraclePlanner:
 
     def _twist(self, state: RobotState, target: FloatArray) -> FloatArray:
         if self._stage == "drive":
-            return self._drive(state, target, _FASTEST)
+            return self._drive(state, target)
         if self._stage == "turn":
             return self._face_goal(state)
         if self._stage == "back":
@@ -166,24 +166,23 @@ class OraclePlanner:
         error = deviation(state.T_world_ee, self._goal, np.eye(3))
         return float(np.linalg.norm(error[:3]) + np.linalg.norm(error[3:]))
 
-    def _drive(self, state: RobotState, target: FloatArray, fastest: float) -> FloatArray:
+    def _drive(self, state: RobotState, target: FloatArray) -> FloatArray:
         """Twist of a gripper that is carried by a base which goes to a point (2,) [m]."""
         bearing = _bearing(state, target)
         room = self._route.clearance(state.T_world_base[:2, 3]) - _TIGHT
-        speed = min(fastest, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * room))
+        speed = min(_FASTEST, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * room))
         speed *= max(0.0, np.cos(bearing)) ** 4  # turn first
-        turn = np.clip(_TURN_GAIN * bearing, -_FASTEST_TURN, _FASTEST_TURN)
-        return self._carried(state, *self._steer(speed, float(turn)))
+        return self._carried(state, *self._steer(speed, _turn_by(bearing)))
 
     def _face_goal(self, state: RobotState) -> FloatArray:
         """Twist of a gripper whose base turns towards the goal and stays where it stands.
 
         Left alone it drifts by up to a metre: for the QP the base is cheaper than the arm.
         """
-        turn = _TURN_GAIN * _bearing(state, self._goal[:2, 3])
+        turn = _turn_by(_bearing(state, self._goal[:2, 3]))
         away = state.T_world_base[:2, 0] @ (self._stand - state.T_world_base[:2, 3])
         back = float(np.clip(_STAND_GAIN * away, -_BACK_SPEED, _BACK_SPEED))
-        return self._carried(state, back, float(np.clip(turn, -_FASTEST_TURN, _FASTEST_TURN)))
+        return self._carried(state, back, turn)
 
     def _steer(self, speed: float, turn: float) -> tuple[float, float]:
         """What the base does of a speed [m/s] and a turn [rad/s] at once."""
@@ -206,6 +205,11 @@ class OraclePlanner:
         speed = np.linalg.norm(twist[:3])
         twist[:3] *= min(1.0, _REACH_SPEED / max(float(speed), 1e-9))
         return twist
+
+
+def _turn_by(bearing: float) -> float:
+    """Turn of the base [rad/s] towards what it sees in a direction [rad]."""
+    return float(np.clip(_TURN_GAIN * bearing, -_FASTEST_TURN, _FASTEST_TURN))
 
 
 def _bearing(state: RobotState, target: FloatArray) -> float:

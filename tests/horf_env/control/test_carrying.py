@@ -16,12 +16,12 @@ GOAL[:3, :3] = [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
 GOAL[:3, 3] = [1.0, 0.3, 0.9]
 
 
-def carry(make_tick, q, base, steps, posture=ARM_READY):
+def carry(make_tick, q, base, steps):
     """Configuration and velocity after some ticks in free space."""
     qp, velocity = control_preset("default").whole_body_qp(), np.zeros(9)
     for _ in range(steps):
         state = make_tick(q, NO_POINTS, np.zeros(6)).state
-        twist = carrying_twist(state, posture, base, SCALE)
+        twist = carrying_twist(state, ARM_READY, base, SCALE)
         tick = make_tick(q, NO_POINTS, twist, velocity=velocity, position_error=5.0)
         velocity = qp.solve(tick).velocity
         q = integrate(q, velocity, DT)
