@@ -28,6 +28,7 @@ from horf_env.perception import (
     CameraModel,
     Guide,
     MemorySettings,
+    SeenSpace,
     top_view,
 )
 from horf_env.records import StepRecord
@@ -184,7 +185,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self.T_world_goal = self.scene.goal.pose
         self._start_episode(self._robot.state(self._world.state.configuration))
         start = self._state.T_world_base[:2, 3]
-        self._guide = Guide(self.T_world_goal, start) if self._guided else None
+        self._guide = Guide(self.T_world_goal, start, self._senses) if self._guided else None
         frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
         self._look_around()
         self.record = self._record(self._points, None, np.zeros(6), None)
@@ -243,6 +244,11 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     def camera(self) -> CameraModel:
         """The depth camera."""
         return self._camera
+
+    @property
+    def space(self) -> SeenSpace:
+        """What the senses have shown so far."""
+        return self._senses
 
     @property
     def contact(self) -> tuple[str, str] | None:
@@ -312,7 +318,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         if self._map_view:
             observation["map"] = top_view(self._points, self._unseen, self._state.T_world_base)
         if self._guide is not None:
-            hints = self._guide.view(self._points, self._state.T_world_base)
+            hints = self._guide.view(self._state.T_world_base)
             observation["guide"] = hints.astype(np.float32)
         return observation
 

@@ -30,6 +30,10 @@ _FADE = 0.5
 """Distance of the gripper from the goal [m] from which on corrections get less: the planner's servo
 then arrives, whatever the corrections are."""
 
+EFFORT: Final = 0.1
+"""What a correction costs: so much for the square of each of its six parts. Without it policies lost
+goals that the planner alone reaches."""
+
 HOLD: Final = 10
 """Steps that a correction lasts. In half a second it changes something, and an episode is 100
 decisions instead of 1000."""
@@ -97,9 +101,9 @@ class ResidualActions(gym.Wrapper[Any, Any, Any, Any]):
     def step(self, action: FloatArray) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Correct what the planner wants to do, for ten steps or up to the end of the episode.
 
-        The reward is the sum over these steps.
+        The reward is the sum over these steps, less what the correction costs.
         """
-        total = 0.0
+        total = -EFFORT * float(np.sum(np.square(np.clip(action, -1.0, 1.0))))
         for _ in range(HOLD):
             observation, reward, terminated, truncated, info = self.env.step(
                 self._residual.action(action)

@@ -29,7 +29,7 @@ from horf_env.scenes.scene import Scene
 from horf_env.scenes.scene_mesh import triangles
 from horf_env.scenes.surface_points import surface_points
 from horf_env.sdf import RobotSdf
-from horf_env.types import FloatArray
+from horf_env.types import BoolArray, FloatArray
 
 PERCEPTIONS = ("camera", "full")
 
@@ -146,6 +146,14 @@ class Senses:
         if self._full:
             return self._true_points(state.T_world_base[:2, 3])
         return self.memory.points(state.T_world_base)
+
+    def surfaces(self, place: FloatArray) -> FloatArray:
+        """See `SeenSpace`: of all surfaces there are, or of those the camera has shown."""
+        return self._true_points(place) if self._full else self.memory.surfaces(place)
+
+    def seen(self, points: FloatArray) -> BoolArray:
+        """See `SeenSpace`."""
+        return np.ones(len(points), dtype=np.bool_) if self._full else self.memory.seen(points)
 
     def unseen_ground(self, state: RobotState) -> FloatArray:
         """Ground that nobody has looked at, in the world, shape (M, 2), m."""

@@ -12,6 +12,7 @@ from horf_env.perception.local_map import MapSettings
 from horf_env.perception.memory import MemorySettings, ObstacleMemory, View
 from horf_env.perception.noise import DisparityNoise
 from horf_env.perception.top_view import CELLS, CHANNELS, top_view
+from horf_env.perception.ways import GroundPlan, SeenSpace
 
 __all__ = [
     "CELLS",
@@ -23,11 +24,13 @@ __all__ = [
     "DisparityNoise",
     "FrameSettings",
     "FrameStack",
+    "GroundPlan",
     "Guide",
     "Image",
     "MapSettings",
     "MemorySettings",
     "ObstacleMemory",
+    "SeenSpace",
     "View",
     "coarser",
     "dequantise_depth",

@@ -10,7 +10,7 @@ from horf_env.perception.cloud import CloudHistory, remove_floor
 from horf_env.perception.memory import View
 from horf_env.perception.thinning import ring, thin
 from horf_env.settings import check_counts
-from horf_env.types import FloatArray
+from horf_env.types import BoolArray, FloatArray
 
 # Near the base points are so dense that a finger tip cannot pass the margin of 0.05 m between two
 # of them; farther away, where only braking matters, they are wider apart. In m.
@@ -61,11 +61,18 @@ class FrameMemory:
 
     def points(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`; thinned, the newest first."""
-        centre = T_world_base[:2, 3]
+        return self.surfaces(T_world_base[:2, 3])
+
+    def surfaces(self, place: FloatArray) -> FloatArray:
+        """See `ObstacleMemory`; thinned, the newest first."""
         points = self._cloud.points()[::-1]
-        near = thin(ring(points, centre, 0.0, _NEAR_RANGE), _NEAR_VOXEL)
-        far = thin(ring(points, centre, _NEAR_RANGE, _FAR_RANGE), _FAR_VOXEL)
+        near = thin(ring(points, place, 0.0, _NEAR_RANGE), _NEAR_VOXEL)
+        far = thin(ring(points, place, _NEAR_RANGE, _FAR_RANGE), _FAR_VOXEL)
         return np.concatenate([near, far])
+
+    def seen(self, points: FloatArray) -> BoolArray:
+        """See `ObstacleMemory`: it does not remember where it looked."""
+        return np.zeros(len(points), dtype=np.bool_)
 
     def unseen(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""

@@ -15,10 +15,10 @@ from horf_env.perception.ground import mark_points, mark_robot, points_seen, uns
 from horf_env.perception.hidden import hidden_space, obstacle_points
 from horf_env.perception.memory import View
 from horf_env.perception.rays import take_in
-from horf_env.perception.voxel_grid import empty_grid, move_window
+from horf_env.perception.voxel_grid import empty_grid, move_window, near_points
 from horf_env.robot.footprint import BASE_HEIGHT, FOOTPRINT
 from horf_env.settings import check_not_negative, check_positive, check_unbounded
-from horf_env.types import FloatArray
+from horf_env.types import BoolArray, FloatArray
 
 # The window follows when the robot has moved this far [m] from its middle.
 _RECENTRE = 0.5
@@ -163,6 +163,12 @@ class LocalMap:
             )
         )
 
+    def surfaces(self, place: FloatArray) -> FloatArray:
+        """See `ObstacleMemory`."""
+        x, y, far = float(place[0]), float(place[1]), self._settings.far
+        found = near_points(self._grid, x, y, far, far, self._points)
+        return self._points[:found].copy()
+
     def unseen(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""
         if not self._settings.guard_unseen_ground:
@@ -174,8 +180,8 @@ class LocalMap:
             )
         )
 
-    def seen(self, points: FloatArray) -> np.ndarray:
-        """Which of the points (N, 3) [m] lie in voxels that were seen, free or not; shape (N,)."""
+    def seen(self, points: FloatArray) -> BoolArray:
+        """See `ObstacleMemory`: those in voxels of the window that were seen, free or not."""
         return np.asarray(points_seen(self._grid, points))
 
     def _stand(self, T_world_base: FloatArray, radius: float, arm: FloatArray) -> None:

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from horf_env.perception.image import Image
-from horf_env.types import FloatArray
+from horf_env.types import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,12 @@ class ObstacleMemory(Protocol):
 
     def points(self, T_world_base: FloatArray) -> FloatArray:
         """Obstacle points around the base, in the world, shape (N, 3), m."""
+
+    def surfaces(self, place: FloatArray) -> FloatArray:
+        """Points of surfaces that were seen around a place (2,), in the world, shape (N, 3), m."""
+
+    def seen(self, points: FloatArray) -> BoolArray:
+        """Which of the points (N, 3) [m] were looked at, shape (N,)."""
 
     def unseen(self, T_world_base: FloatArray) -> FloatArray:
         """Points of the ground near the base that were neither seen nor covered by it.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
@@ -22,16 +22,63 @@ _BORDER = 1.0  # m; how far around what is known
 _KNOWN = 1.2  # m around the base: what is not among the known points there is gone
 _REPLAN = 10  # updates
 _FAR = 1e4  # m; more than any way costs
+# A metre that nobody has looked at counts at least so many: seen gaps between obstacles look dear
+# beside what is not known, which in clutter is no better.
+_UNSEEN = 2.0
+_SIGHT = 3.1  # m around the base, that of the local map
+_HEIGHTS = (0.025, 0.175, 0.325)  # m; ground counts as seen if one of these was, over it
+_UNDER = 0.27  # m; the ground under the base
+
+
+class SeenSpace(Protocol):
+    """What the senses have shown of the world."""
+
+    def surfaces(self, place: FloatArray) -> FloatArray:
+        """Points of surfaces that were seen around a place (2,), in the world, shape (N, 3), m."""
+
+    def seen(self, points: FloatArray) -> BoolArray:
+        """Which of the points (N, 3) [m] were looked at, shape (N,)."""
+
+
+class GroundPlan(NamedTuple):
+    """Ways from all cells of a grid, shape (n, m).
+
+    Attributes:
+        offset: Corner of the grid in the world, shape (2,), m.
+        low: Distance to what the base could hit [m].
+        high: The same to what only the arm could hit.
+        step: Cost of crossing a cell [m].
+        ends: Cost of ending a way in a cell [m]; more than any way costs where it cannot end.
+        cost: Cost of the way from a cell [m].
+    """
+
+    offset: FloatArray
+    low: FloatArray
+    high: FloatArray
+    step: FloatArray
+    ends: FloatArray
+    cost: FloatArray
 
 
 class GroundWays:
     """Remembers what was seen on the ground and plans on it.
 
-    Where nothing was seen yet is taken for free: the robot finds out when it gets there.
+    Only surfaces that were seen count, not what they may hide: half of the gaps would close, and
+    the robot finds out when it gets there.
+
+    Attributes:
+        plan: The last plan.
     """
 
+    plan: GroundPlan
+
     def __init__(
-        self, start: FloatArray, goal: FloatArray, stands: FloatArray, first: IntArray
+        self,
+        start: FloatArray,
+        goal: FloatArray,
+        stands: FloatArray,
+        first: IntArray,
+        space: SeenSpace,
     ) -> None:
         """Nothing is known.
 
@@ -41,24 +88,27 @@ class GroundWays:
             stands: What it costs to end a way in cells around the goal, shape (m, m), m; inf where
                 the arm does not reach the goal from.
             first: Numbers of the cell of the first row and column of `stands`, shape (2,).
+            space: Tells what was seen.
         """
+        self._space = space
         half = 0.5 * float(np.abs(goal - start).max()) + _AROUND
         self._corner = cell_of(0.5 * (start + goal) - half)
         self._low = np.zeros([int(2 * half / CELL) + 1] * 2, dtype=np.bool_)
         self._high = np.zeros_like(self._low)
+        self._seen = np.zeros_like(self._low)
+        self._avoided = np.zeros_like(self._low)
         self._stands, self._first_stand = np.minimum(stands, _FAR), first
         self._updates = 0
         self.surprises = 0.0
         """By how much ways from where the robot was have become longer [m]."""
 
-    def update(self, points: FloatArray, base: FloatArray) -> None:
-        """Take in what is known now, and every tenth time plan anew.
+    def update(self, base: FloatArray) -> None:
+        """Take in what is seen now, and every tenth time plan anew.
 
         Args:
-            points: Known obstacle points in the world, shape (N, 3), m.
             base: Position of the base, shape (2,), m.
         """
-        _remember(self._low, self._high, points, base, self._corner)
+        _remember(self._low, self._high, self._space.surfaces(base), base, self._corner)
         if self._updates == 0:
             self._plan(base)
         elif self._updates % _REPLAN == 0:
@@ -66,6 +116,11 @@ class GroundWays:
             self._plan(base)
             self.surprises += self.ahead(base, 0.0)[2] - before
         self._updates += 1
+
+    def avoid(self, place: FloatArray) -> None:
+        """Take a place (2,) [m] for an obstacle of the base, from the next plan on."""
+        i, j = np.clip(cell_of(place) - self._corner, 0, np.array(self._low.shape) - 1)
+        self._avoided[i, j] = True
 
     def ahead(self, base: FloatArray, yaw: float) -> tuple[FloatArray, float, float]:
         """The way from a pose of the base.
@@ -78,30 +133,55 @@ class GroundWays:
             A point 0.8 m ahead on the way or its end, shape (2,), m; the length up to there [m];
             and the cost of the whole way [m], which counts narrow places several times.
         """
-        place, length, cost = descend(self._cost, self._step, CELL, base - self._offset, yaw)
-        return place + self._offset, length, cost
+        plan = self.plan
+        place, length, cost = descend(plan.cost, plan.step, CELL, base - plan.offset, yaw)
+        return place + plan.offset, length, cost
 
     def _plan(self, base: FloatArray) -> None:
         """Costs of crossing cells and of the ways from them, in the part that matters."""
+        self._look(base)
         first, last = self._part(base)
         part = np.s_[first[0] : last[0], first[1] : last[1]]
-        low, high = _distance(self._low[part]), _distance(self._high[part])
-        self._step = crossing_costs(low, high, CELL)
-        self._cost = np.full(low.shape, _FAR)
+        low, high = _distance(self._low[part] | self._avoided[part]), _distance(self._high[part])
+        step = crossing_costs(low, high, CELL)
+        step = np.where(self._seen[part], step, np.maximum(step, _UNSEEN * CELL))
+        ends = self._ends(first, low)
+        cost = ends.copy()
+        sweep(cost, step)
+        self.plan = GroundPlan(
+            CELL * np.asarray(self._corner + first, float), low, high, step, ends, cost
+        )
+
+    def _ends(self, first: IntArray, low: FloatArray) -> FloatArray:
+        """Cost of ending a way in the cells of the part that begins with cell `first`."""
+        ends = np.full(low.shape, _FAR)
         (i, j), (m, n) = self._first_stand - self._corner - first, self._stands.shape
-        ends = np.s_[i : i + m, j : j + n]
-        self._cost[ends] = self._stands + np.where(low[ends] < BASE_EASE, _TIGHT_STAND, 0.0)
-        sweep(self._cost, self._step)
-        self._offset = (self._corner + first) * CELL
+        part = np.s_[i : i + m, j : j + n]
+        ends[part] = self._stands + np.where(low[part] < BASE_EASE, _TIGHT_STAND, 0.0)
+        return ends
+
+    def _look(self, base: FloatArray) -> None:
+        """Notice which ground around the base was looked at, or is under it."""
+        cells = cell_of(base) - self._corner + _AROUND_BASE
+        cells = cells[((cells >= 0) & (cells < self._seen.shape)).all(axis=1)]
+        places = (cells + self._corner + 0.5) * CELL
+        seen = np.hypot(*(places - base).T) < _UNDER
+        for height in _HEIGHTS:
+            seen |= self._space.seen(np.column_stack([places, np.full(len(places), height)]))
+        self._seen[tuple(cells[seen].T)] = True
 
     def _part(self, base: FloatArray) -> tuple[IntArray, IntArray]:
         """Corners of the rectangle around base, goal and all that is known."""
-        known = np.argwhere(self._low | self._high)
+        known = np.argwhere(self._low | self._high | self._avoided)
         ends = self._first_stand - self._corner
         marks = np.vstack([known, cell_of(base) - self._corner, ends, ends + self._stands.shape])
         border = round(_BORDER / CELL)
         first = np.clip(marks.min(axis=0) - border, 0, None)
         return first, np.minimum(marks.max(axis=0) + border, self._low.shape)
+
+
+_NUMBERS = np.arange(-round(_SIGHT / CELL), round(_SIGHT / CELL))
+_AROUND_BASE = np.stack(np.meshgrid(_NUMBERS, _NUMBERS, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def cell_of(place: FloatArray) -> IntArray:

@@ -9,10 +9,12 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from horf_env.perception import Guide
+from horf_env.perception import GroundPlan, Guide
 from horf_env.planners.giving_way import GivingWay
+from horf_env.planners.maneuvers import Maneuvers
 from horf_env.planners.oracle import KnownEnv, OraclePlanner
 from horf_env.records import StepRecord
+from horf_env.robot import RobotState
 from horf_env.robot.footprint import CARRIED_HEIGHT
 from horf_env.types import FloatArray
 
@@ -21,7 +23,8 @@ from horf_env.types import FloatArray
 _TURNING_RADIUS = 1.2  # m
 _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
 _GIVING_WAY = 0.3  # m/s, backwards
-_BLOCK_HEIGHT = 0.2  # m; a place that is to be avoided counts as an obstacle for the base
+_ROOMY = 0.8  # m; with less to the next obstacle the base is no disc any more
+_CAUTION = 0.05  # m of clearance that it takes off when it chooses its speed there
 
 
 class MappedRoute:
@@ -34,9 +37,14 @@ class MappedRoute:
             env: Gives the robot's state and known obstacle points.
         """
         self._env = env
-        self._guide = Guide(env.T_world_goal, env.record.state.T_world_base[:2, 3])
-        self._avoided = np.empty((0, 3))
+        start = env.record.state.T_world_base[:2, 3]
+        self._guide = Guide(env.T_world_goal, start, env.space)
         self._record: StepRecord | None = None
+
+    @property
+    def plan(self) -> GroundPlan:
+        """The last plan."""
+        return self._guide.ways.plan
 
     def ahead(self, position: FloatArray, distance: float) -> tuple[FloatArray, float]:
         """Point on the way from where the base is, at most 0.8 m ahead; see `Route.ahead`."""
@@ -56,13 +64,12 @@ class MappedRoute:
 
     def discourage(self, position: FloatArray) -> None:
         """Take a place (2,) [m] for blocked."""
-        self._avoided = np.vstack([self._avoided, [*position, _BLOCK_HEIGHT]])
+        self._guide.ways.avoid(position)
 
     def _view(self) -> FloatArray:
         if self._env.record is not self._record:
             self._record = self._env.record
-            points = np.concatenate([self._record.points, self._avoided])
-            self._latest = self._guide.view(points, self._record.state.T_world_base)
+            self._latest = self._guide.view(self._record.state.T_world_base)
         return self._latest
 
 
@@ -72,19 +79,38 @@ class MappedPlanner(OraclePlanner):
     def reset(self, env: gym.Env[dict[str, np.ndarray], FloatArray]) -> None:
         """See `Planner`."""
         super().reset(env)
-        self._giving_way = GivingWay()
+        self._giving_way, self._maneuvers = GivingWay(), Maneuvers()
 
     def _plan(self, env: KnownEnv) -> MappedRoute:
-        return MappedRoute(env)
+        self._mapped = MappedRoute(env)
+        return self._mapped
+
+    def _drive(self, state: RobotState, target: FloatArray) -> FloatArray:
+        """With maneuvers where there is little room; see the oracle elsewhere."""
+        T = state.T_world_base
+        room = self._mapped.clearance(T[:2, 3])
+        if room > _ROOMY:
+            return super()._drive(state, target)
+        yaw = float(np.arctan2(T[1, 0], T[0, 0]))
+        chosen = self._maneuvers.choose(
+            self._mapped.plan, T[:2, 3], yaw, self._speed(room - _CAUTION)
+        )
+        return self._carried(state, *self._unless_held(*chosen))
 
     def _steer(self, speed: float, turn: float) -> tuple[float, float]:
-        """Wide turns, or turns on the spot; backwards where neither is possible."""
+        """Wide turns, or turns on the spot."""
+        speed = 0.0 if abs(turn) > _SHARP else speed
+        now = abs(float(self._velocity()[0]))
+        sharpest = np.inf if now < _STANDING else now / _TURNING_RADIUS
+        return self._unless_held(speed, float(np.clip(turn, -sharpest, sharpest)))
+
+    def _unless_held(self, speed: float, turn: float) -> tuple[float, float]:
+        """The same, or backwards on ground that it came over where neither is possible."""
+        held = self._giving_way.update(max(speed, 0.0), self._velocity())
+        return (-_GIVING_WAY, 0.0) if held else (speed, turn)
+
+    def _velocity(self) -> FloatArray:
+        """Of the base in the last step, shape (2,), m/s and rad/s."""
         assert self._env is not None
         command = self._env.record.command
-        velocity = command.velocity[:2] if command else np.zeros(2)
-        speed = 0.0 if abs(turn) > _SHARP else speed
-        if self._giving_way.update(speed, velocity):
-            return -_GIVING_WAY, 0.0  # on ground that it came over
-        now = abs(float(velocity[0]))
-        sharpest = np.inf if now < _STANDING else now / _TURNING_RADIUS
-        return speed, float(np.clip(turn, -sharpest, sharpest))
+        return command.velocity[:2] if command else np.zeros(2)

@@ -14,6 +14,7 @@ import gymnasium as gym
 import numpy as np
 
 from horf_env.control import deviation, servo_twist
+from horf_env.perception import SeenSpace
 from horf_env.planners.carrying import carrying_twist, posture_before
 from horf_env.planners.patience import Patience
 from horf_env.planners.route import Route
@@ -47,6 +48,7 @@ class KnownEnv(Protocol):
     limits: LimitsProfile
     record: StepRecord
     T_world_goal: FloatArray
+    space: SeenSpace
 
 
 class Ways(Protocol):
@@ -169,10 +171,13 @@ class OraclePlanner:
     def _drive(self, state: RobotState, target: FloatArray) -> FloatArray:
         """Twist of a gripper that is carried by a base which goes to a point (2,) [m]."""
         bearing = _bearing(state, target)
-        room = self._route.clearance(state.T_world_base[:2, 3]) - _TIGHT
-        speed = min(_FASTEST, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * room))
+        speed = self._speed(self._route.clearance(state.T_world_base[:2, 3]))
         speed *= max(0.0, np.cos(bearing)) ** 4  # turn first
         return self._carried(state, *self._steer(speed, _turn_by(bearing)))
+
+    def _speed(self, clearance: float) -> float:
+        """Of driving ahead where obstacles are so far away [m/s]."""
+        return min(_FASTEST, max(_SLOWEST, _SLOWEST + _SPEED_GAIN * (clearance - _TIGHT)))
 
     def _face_goal(self, state: RobotState) -> FloatArray:
         """Twist of a gripper whose base turns towards the goal and stays where it stands.

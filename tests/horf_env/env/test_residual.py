@@ -7,7 +7,7 @@ from stable_baselines3.common.env_checker import check_env
 
 from horf_env.errors import UnknownNameError
 from horf_env.planners import PLANNERS
-from horf_env.residual import HOLD, SHARE, Residual, ResidualActions
+from horf_env.residual import EFFORT, HOLD, SHARE, Residual, ResidualActions
 
 NOTHING, ALL = np.zeros(6, np.float32), np.ones(6, np.float32)
 
@@ -54,6 +54,17 @@ def test_corrections_cover_their_share_and_fade_at_the_goal():
     advice = residual.advised(observation)["advice"]
     assert 0.0 < np.abs(residual.action(ALL) - advice).max() < 0.01
     env.close()
+
+
+def test_a_correction_costs_its_square(monkeypatch):
+    rewards = []
+    for effort in (0.0, EFFORT):
+        monkeypatch.setattr("horf_env.residual.EFFORT", effort)
+        env = ResidualActions(plain(), "hra")
+        env.reset(seed=0)
+        rewards.append(env.step(0.5 * ALL)[1])
+        env.close()
+    assert rewards[0] - rewards[1] == pytest.approx(6 * 0.25 * EFFORT)
 
 
 def test_an_episode_ends_within_a_correction(scene_file):

@@ -83,6 +83,26 @@ def test_what_left_the_view_is_remembered():
     np.testing.assert_array_equal(np.sort(front, axis=0), np.sort(before, axis=0))
 
 
+def test_surfaces_are_what_was_seen_without_what_it_may_hide():
+    world = scene([FRONT])
+    looker = Looker(world, MapSettings())
+    points = looker.look(base(), 4)
+    surfaces = looker.memory.surfaces(np.zeros(2))
+    assert 50 < len(surfaces) < len(points)
+    assert np.abs(obstacle_distance(world, surfaces)).max() < 2e-3
+
+
+def test_what_was_looked_at():
+    before_and_behind = np.array([[0.8, 0.0, 0.33], [1.6, 0.0, 0.33], [-1.5, 0.0, 0.33]])
+    looker = Looker(scene([FRONT]), MapSettings())
+    looker.look(base(), 4)
+    assert looker.memory.seen(before_and_behind).tolist() == [True, False, False]
+    paper = Looker(scene([FRONT]), FrameSettings(frames=5))
+    surfaces = paper.look(base(), 4)
+    np.testing.assert_array_equal(paper.memory.surfaces(np.zeros(2)), surfaces)
+    assert not paper.memory.seen(before_and_behind).any()
+
+
 def test_the_papers_memory_forgets_it():
     looker = Looker(scene([FRONT]), FrameSettings(frames=5))
     assert len(looker.look(base(), 4)) > 50

@@ -6,12 +6,28 @@ import pytest
 from horf_env.perception.ways import CELL, GroundWays, cell_of
 
 START, GOAL = np.zeros(2), np.array([6.0, 0.0])
+NOTHING = np.empty((0, 3))
+# 6 m, of which the last 2.9 are out of sight and count double.
+FREE = 8.9
 
 
-def ways(points=(), goal=GOAL):
-    found = GroundWays(START, goal, np.zeros((4, 4)), cell_of(goal))
+class Space:
+    """What the senses have shown."""
+
+    def __init__(self, looked_at=lambda points: np.ones(len(points), dtype=bool)):
+        self.points = NOTHING
+        self.seen = looked_at
+
+    def surfaces(self, place):
+        return self.points
+
+
+def ways(points=(), goal=GOAL, space=None):
+    space = space or Space()
+    found = GroundWays(START, goal, np.zeros((4, 4)), cell_of(goal), space)
     for cloud in points:
-        found.update(cloud, START)
+        space.points = cloud
+        found.update(START)
     return found
 
 
@@ -20,12 +36,9 @@ def wall(x, least_y, greatest_y, z=0.2):
     return np.stack([np.full_like(y, x), y, np.full_like(y, z)], axis=1)
 
 
-NOTHING = np.empty((0, 3))
-
-
-def test_a_free_way_costs_its_length():
+def test_a_free_way_costs_its_length_and_double_out_of_sight():
     place, length, cost = ways([NOTHING]).ahead(START, 0.0)
-    assert cost == pytest.approx(6.0, abs=0.1)
+    assert cost == pytest.approx(FREE, abs=0.1)
     assert length == pytest.approx(0.8, abs=CELL)
     np.testing.assert_allclose(place, [0.8, 0.0], atol=0.06)
 
@@ -34,20 +47,22 @@ def test_what_is_out_of_sight_is_remembered():
     far = wall(2.0, -1.0, 3.0)
     seen = ways([far]).ahead(START, 0.0)
     remembered = ways([far] + 10 * [NOTHING]).ahead(START, 0.0)
-    assert remembered[2] == seen[2] > 6.5
+    assert remembered[2] == seen[2] > FREE + 0.5
 
 
 def test_what_is_gone_nearby_is_forgotten():
     near = wall(1.0, -0.5, 0.5)
-    assert ways([near]).ahead(START, 0.0)[2] > 6.5
-    assert ways([near] + 10 * [NOTHING]).ahead(START, 0.0)[2] == pytest.approx(6.0, abs=0.1)
+    assert ways([near]).ahead(START, 0.0)[2] > FREE + 0.5
+    assert ways([near] + 10 * [NOTHING]).ahead(START, 0.0)[2] == pytest.approx(FREE, abs=0.1)
 
 
 def test_bad_news_are_counted():
-    found = ways([NOTHING])
+    space = Space()
+    found = ways([NOTHING], space=space)
     before = found.ahead(START, 0.0)[2]
+    space.points = wall(2.0, -1.0, 3.0)
     for _ in range(10):
-        found.update(wall(2.0, -1.0, 3.0), START)
+        found.update(START)
     assert found.surprises == pytest.approx(found.ahead(START, 0.0)[2] - before)
     assert found.surprises > 0.5
 
@@ -73,4 +88,31 @@ def test_a_base_beyond_the_grid_finds_back():
     found = ways([NOTHING])
     place, _, _ = found.ahead(np.array([-50.0, 0.0]), 0.0)
     assert np.isfinite(place).all()
-    found.update(NOTHING, np.array([-50.0, 0.0]))
+    found.update(np.array([-50.0, 0.0]))
+
+
+def test_ground_that_nobody_looked_at_counts_double():
+    """Else a gap that was seen would look worse than a detour through what was not."""
+    hidden = ways([NOTHING], space=Space(lambda points: np.zeros(len(points), dtype=bool)))
+    half = ways([NOTHING], space=Space(lambda points: points[:, 0] < 3.0))
+    assert hidden.ahead(START, 0.0)[2] == pytest.approx(12.0, abs=0.4)
+    assert half.ahead(START, 0.0)[2] == pytest.approx(9.0, abs=0.2)
+
+
+def test_what_was_looked_at_once_stays_so():
+    space = Space()
+    found = ways(11 * [NOTHING], space=space)
+    seen = found.ahead(START, 0.0)[2]
+    space.seen = lambda points: np.zeros(len(points), dtype=bool)
+    for _ in range(10):
+        found.update(START)
+    assert found.ahead(START, 0.0)[2] == pytest.approx(seen, abs=1e-9)
+
+
+def test_a_place_to_avoid_stands_in_the_way():
+    found = ways([NOTHING])
+    before = found.ahead(START, 0.0)[2]
+    found.avoid(np.array([2.0, 0.0]))
+    for _ in range(10):
+        found.update(START)
+    assert found.ahead(START, 0.0)[2] > before + 0.2
