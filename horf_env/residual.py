@@ -31,8 +31,8 @@ _FADE = 0.5
 then arrives, whatever the corrections are."""
 
 EFFORT: Final = 0.1
-"""What a correction costs: so much for the square of each of its six parts. Without it policies lost
-goals that the planner alone reaches."""
+"""What a correction costs: so much for the square of each of its six parts. Without it policies
+lost goals that the planner alone reaches."""
 
 HOLD: Final = 10
 """Steps that a correction lasts. In half a second it changes something, and an episode is 100
