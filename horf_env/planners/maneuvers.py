@@ -76,15 +76,25 @@ def _totals(
     totals = np.empty(len(_MANEUVERS))
     for k in range(len(_MANEUVERS)):
         length, turn = _MANEUVERS[k] / _PARTS
-        step = length if length > 0.0 else -BACK_COST * length
-        bend, turned = 0.5 * TURN_COST * np.abs(turn), TURN_COST * np.abs(turn)
         px, py, direction, total = x, y, yaw, 0.0
         for _ in range(_PARTS):
             direction += 0.5 * turn
             px += length / CELL * np.cos(direction)
             py += length / CELL * np.sin(direction)
             direction += 0.5 * turn
-            factor = pose_factor(low, high, px, py, direction)
-            total += step * factor + bend if length > 0.0 else (step + turned) * factor
+            total += _part_cost(length, turn, pose_factor(low, high, px, py, direction))
         totals[k] = total + pose_cost(costs, px - first[0], py - first[1], direction)
     return totals
+
+
+@njit(cache=True)
+def _part_cost(length: float, turn: float, factor: float) -> float:
+    """Of a part of a maneuver where a metre counts as `factor` metres [m].
+
+    The turn of an arc is not dearer where it is narrow: it was, and the base turned on the spot
+    there instead, where it hit more.
+    """
+    turned = TURN_COST * np.abs(turn)
+    if length > 0.0:
+        return length * factor + 0.5 * turned
+    return (-BACK_COST * length + turned) * factor
