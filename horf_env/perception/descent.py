@@ -68,8 +68,13 @@ def _cell(cost: FloatArray, cell: float, place: FloatArray) -> tuple[int, int]:
 @njit(cache=True)
 def _turn(base: FloatArray, yaw: float, place: FloatArray) -> float:
     """Angle that the base turns to face a place [rad]."""
-    angle = np.arctan2(place[1] - base[1], place[0] - base[0]) - yaw
-    return np.abs(np.arctan2(np.sin(angle), np.cos(angle)))
+    return angle_between(np.arctan2(place[1] - base[1], place[0] - base[0]), yaw)
+
+
+@njit(cache=True)
+def angle_between(one: float, other: float) -> float:
+    """Of two directions [rad], in [0, pi]."""
+    return np.abs(np.arctan2(np.sin(one - other), np.cos(one - other)))
 
 
 @njit(cache=True)

@@ -21,7 +21,9 @@ _AROUND = 6.0  # m; how far ways lead beyond start and goal
 _BORDER = 1.0  # m; how far around what is known
 _KNOWN = 1.2  # m around the base: what is not among the known points there is gone
 _REPLAN = 10  # updates
-_FAR = 1e4  # m; more than any way costs
+FAR: Final = 1e4
+"""More than any way costs [m]."""
+
 # A metre that nobody has looked at counts at least so many: seen gaps between obstacles look dear
 # beside what is not known, which in clutter is no better.
 _UNSEEN = 2.0
@@ -97,7 +99,7 @@ class GroundWays:
         self._high = np.zeros_like(self._low)
         self._seen = np.zeros_like(self._low)
         self._avoided = np.zeros_like(self._low)
-        self._stands, self._first_stand = np.minimum(stands, _FAR), first
+        self._stands, self._first_stand = np.minimum(stands, FAR), first
         self._updates = 0
         self.surprises = 0.0
         """By how much ways from where the robot was have become longer [m]."""
@@ -154,7 +156,7 @@ class GroundWays:
 
     def _ends(self, first: IntArray, low: FloatArray) -> FloatArray:
         """Cost of ending a way in the cells of the part that begins with cell `first`."""
-        ends = np.full(low.shape, _FAR)
+        ends = np.full(low.shape, FAR)
         (i, j), (m, n) = self._first_stand - self._corner - first, self._stands.shape
         part = np.s_[i : i + m, j : j + n]
         ends[part] = self._stands + np.where(low[part] < BASE_EASE, _TIGHT_STAND, 0.0)
@@ -192,7 +194,7 @@ def cell_of(place: FloatArray) -> IntArray:
 def _distance(cells: BoolArray) -> FloatArray:
     """Of each cell to the nearest one that is set [m]."""
     if not cells.any():
-        return np.full(cells.shape, _FAR)
+        return np.full(cells.shape, FAR)
     return np.asarray(CELL * distance_transform_edt(~cells))
 
 

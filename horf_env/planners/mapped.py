@@ -34,7 +34,7 @@ class MappedRoute:
         """Start without anything to avoid.
 
         Args:
-            env: Gives the robot's state and known obstacle points.
+            env: Gives the robot's state, known obstacle points and what was seen.
         """
         self._env = env
         start = env.record.state.T_world_base[:2, 3]

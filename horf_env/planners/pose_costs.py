@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from horf_env.perception.ways import CELL
+from horf_env.perception.descent import angle_between
+from horf_env.perception.ways import CELL, FAR
 from horf_env.types import FloatArray
 
 WINDOW: Final = 56
@@ -38,7 +39,6 @@ _ARM = np.array([0.0, 0.25, 0.45])
 _ROOM, _EASE, _ARM_ROOM, _ARM_EASE = 0.32, 0.40, 0.12, 0.25
 _BLOCKED, _PER_DEPTH, _UNEASY = 15.0, 40.0, 3.0
 _COMFORT, _NARROW, _ARM_BONUS = 0.6, 2.0, 0.1
-_FAR = 1e4  # m; more than any way costs
 _ROUNDS, _CONVERGED = 40, 1e-2  # m
 
 
@@ -129,28 +129,22 @@ def _crossing(
 @njit(cache=True)
 def _known_costs(ends: FloatArray, cost: FloatArray, first: tuple[int, int]) -> FloatArray:
     """Costs where ways end, and on the border of the window; elsewhere more than any way costs."""
-    costs = np.full((WINDOW, WINDOW, len(_YAWS)), _FAR)
+    costs = np.full((WINDOW, WINDOW, len(_YAWS)), FAR)
     middle = 0.5 * (WINDOW - 1)
     for i in range(WINDOW):
         for j in range(WINDOW):
             a, b = first[0] + i, first[1] + j
             if not (0 < a < cost.shape[0] - 1 and 0 < b < cost.shape[1] - 1):
                 continue
-            costs[i, j] = min(ends[a, b], _FAR)
+            costs[i, j] = min(ends[a, b], FAR)
             # Steps are up to two cells long.
             if max(abs(i - middle), abs(j - middle)) > middle - 2.5:
                 down_x, down_y = cost[a - 1, b] - cost[a + 1, b], cost[a, b - 1] - cost[a, b + 1]
                 on = np.arctan2(down_y, down_x)
                 for h in range(len(_YAWS)):
-                    whole = cost[a, b] + TURN_COST * _angle(on - _YAWS[h])
+                    whole = cost[a, b] + TURN_COST * angle_between(on, _YAWS[h])
                     costs[i, j, h] = min(costs[i, j, h], whole)
     return costs
-
-
-@njit(cache=True)
-def _angle(difference: float) -> float:
-    """Between two directions [rad]."""
-    return np.abs(np.arctan2(np.sin(difference), np.cos(difference)))
 
 
 @njit(cache=True)
