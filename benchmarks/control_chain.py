@@ -8,7 +8,7 @@ from horf_env.control import PRESETS, ControlTick, Sensed
 from horf_env.control.sdf_qp_layer import SdfQpLayer
 from horf_env.faults import Fault
 from horf_env.perception import Image, MemorySettings
-from horf_env.robot import LIMITS
+from horf_env.robot import ARM_READY, LIMITS
 from horf_env.sdf import RobotSdf
 from horf_env.sensing import Senses
 from horf_env.task import STEP
@@ -49,7 +49,7 @@ class Chain:
         """Ask the memory for points and unseen ground."""
         state = image.state
         points, unseen = self._senses.points(state), self._senses.unseen_ground(state)
-        return Sensed(state, velocity, points, unseen, position_error)
+        return Sensed(state, velocity, points, unseen, position_error, ARM_READY)
 
     def tick(self, action: FloatArray, sensed: Sensed) -> ControlTick:
         """Ask for all distances."""

@@ -13,6 +13,7 @@ import gymnasium as gym
 import numpy as np
 
 from horf_env.planners import MappedPlanner
+from horf_env.robot import ARM_READY
 from horf_env.types import FloatArray
 from sb3_bayes_dsac.common.taught_buffer import TAKEN_ACTION, TEACHER_ACTION
 
@@ -34,7 +35,8 @@ class Lesson(gym.Wrapper[Any, Any, Any, Any]):
 
     def __init__(self, env: Env) -> None:
         super().__init__(env)
-        self._teacher = MappedPlanner()
+        # The learner's arm goes back to the ready pose, whoever drives.
+        self._teacher = MappedPlanner(ARM_READY)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

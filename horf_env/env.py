@@ -32,7 +32,13 @@ from horf_env.perception import (
     top_view,
 )
 from horf_env.records import StepRecord
-from horf_env.robot import LimitsProfile, MobileManipulator, RobotState, limits_profile
+from horf_env.robot import (
+    ARM_READY,
+    LimitsProfile,
+    MobileManipulator,
+    RobotState,
+    limits_profile,
+)
 from horf_env.robot.vectors import norm
 from horf_env.scenes.scene import Scene
 from horf_env.scenes.source import SceneSource, scene_source
@@ -214,6 +220,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
                 points=points,
                 unseen=self._unseen,
                 position_error=norm(self._deviation[:3]),
+                posture=self.posture,
             ),
         )
         self._layer_time = time.perf_counter() - begin
@@ -277,6 +284,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._state, self._velocity = state, np.zeros(9)
         # The drives ramp from command to command: braking must not wait for those that lag behind.
         self._commanded = np.zeros(9)
+        self.posture: FloatArray = ARM_READY
         self._deviation = self._goal_deviation(state)
         self._min_distance = self._world.clearance.distance
         self._contact: tuple[str, str] | None = None

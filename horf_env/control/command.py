@@ -20,6 +20,7 @@ class Sensed:
         points: Obstacle points in the world, shape (N, 3), m.
         unseen: Ground near the base that was neither seen nor covered, shape (M, 2), m.
         position_error: Distance of the end effector from the goal [m].
+        posture: Joints that the arm goes back to where the action leaves it free, shape (7,), rad.
     """
 
     state: RobotState
@@ -27,6 +28,7 @@ class Sensed:
     points: FloatArray
     unseen: FloatArray
     position_error: float
+    posture: FloatArray
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ import numpy as np
 
 from horf_env.control.objective import Terms, heading_error, scaled_weights
 from horf_env.control.tick import ControlTick
-from horf_env.robot import ARM_READY
 from horf_env.settings import check_not_negative, check_positive
 from horf_env.types import FloatArray
 
@@ -37,7 +36,7 @@ class PostureObjective:
             beside the cost of the row slack that no twist is worth an avoidance row: with 300 of
             it, random twists hit something in one episode of seven.
         heading_gain: Rate at which the base turns towards the end effector (k_epsilon) [1/s].
-        posture_gain: Rate at which the arm goes back to the ready pose [1/s].
+        posture_gain: Rate at which the arm goes back to the tick's posture [1/s].
         base_change_weight: Weight of the change of the base's velocity; small, since acceleration
             limits bound it, and a dear change makes the arm turn where the base should.
         arm_change_weight: The same of the arm's joints. Without it the arm chatters in front of
@@ -68,6 +67,7 @@ class PostureObjective:
         state = tick.state
         weights, linear = _terms(
             state.configuration,
+            tick.posture,
             tick.velocity,
             state.T_world_base,
             state.T_world_ee,
@@ -85,6 +85,7 @@ class PostureObjective:
 @numba.njit(cache=True)
 def _terms(
     configuration: FloatArray,
+    posture: FloatArray,
     last: FloatArray,
     T_world_base: FloatArray,
     T_world_ee: FloatArray,
@@ -102,7 +103,7 @@ def _terms(
     for i in range(9):
         change, preferred = base_change_weight, turn if i == 1 else 0.0
         if i >= 2:
-            back = posture_gain * (ARM_READY[i - 2] - configuration[i + 1])
+            back = posture_gain * (posture[i - 2] - configuration[i + 1])
             change, preferred = arm_change_weight, min(max(back, -FASTEST_RETURN), FASTEST_RETURN)
         linear[i] = -weights[i] * preferred - change * last[i]
         weights[i] += change

@@ -42,6 +42,7 @@ class SdfQpLayer:
             velocity=sensed.velocity,
             twist=twist,
             position_error=sensed.position_error,
+            posture=sensed.posture,
             obstacles=self._obstacles(sensed),
             floor=self._sdf.floor_witnesses(state),
             own_base=self._own_base(state),

@@ -18,6 +18,7 @@ class ControlTick:
         velocity: Velocity of the last tick, shape (9,), m/s and rad/s.
         twist: EE twist that is asked for, in base axes, shape (6,), m/s and rad/s.
         position_error: Distance of the end effector from the goal [m].
+        posture: Joints that the arm goes back to where the twist leaves it free, shape (7,), rad.
         obstacles: Witness points of the obstacles.
         floor: Witness points of the floor.
         own_base: Witness points of the robot's own base for its arm.
@@ -30,6 +31,7 @@ class ControlTick:
     velocity: FloatArray
     twist: FloatArray
     position_error: float
+    posture: FloatArray
     obstacles: Witnesses
     floor: Witnesses
     own_base: Witnesses

@@ -8,6 +8,7 @@ objective's own rate, so that the QP is left with the base's part.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +16,13 @@ from horf_env.control.posture import FASTEST_RETURN, PostureObjective
 from horf_env.robot import ARM_READY, MobileManipulator, RobotState
 from horf_env.robot.inverse_kinematics import arm_ik
 from horf_env.types import FloatArray
+
+ARM_TUCKED: Final = np.array([0.0, -1.3, 0.0, -2.75, 0.0, 1.4, np.pi / 4])
+"""The whole arm above the base, 0.19 m behind its middle to 0.37 m before it and 1.08 m high [rad].
+
+In the ready pose it reaches 0.67 m ahead and is 1.15 m high: in clutter the hand is the first thing
+that stops the robot.
+"""
 
 _ARM_SHARE = 0.8  # of the range of twists; the rest is left for the base
 _LEAST_HEIGHT = 0.8  # m; over what stands about, as in the ready pose

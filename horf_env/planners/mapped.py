@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from horf_env.perception import GroundPlan, Guide
+from horf_env.planners.carrying import ARM_TUCKED
 from horf_env.planners.giving_way import GivingWay
 from horf_env.planners.maneuvers import Maneuvers
 from horf_env.planners.oracle import KnownEnv, OraclePlanner
@@ -75,6 +76,14 @@ class MappedRoute:
 
 class MappedPlanner(OraclePlanner):
     """Shortest way on the own map, then the oracle's approach."""
+
+    def __init__(self, carry: FloatArray = ARM_TUCKED) -> None:
+        """Do nothing before `reset`.
+
+        Args:
+            carry: See `OraclePlanner`.
+        """
+        super().__init__(carry)
 
     def reset(self, env: gym.Env[dict[str, np.ndarray], FloatArray]) -> None:
         """See `Planner`."""

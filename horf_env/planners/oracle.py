@@ -38,6 +38,7 @@ _BLOCKED = 0.3  # m of way ahead; what is taken for blocked where driving gets n
 Stage = Literal["drive", "turn", "reach", "back"]
 _WITHOUT_END: dict[Stage, Stage] = {"turn": "reach", "back": "drive"}
 """Stages that end when they get no further, and what follows."""
+_CARRYING: tuple[Stage, ...] = ("drive", "back")
 _BACK_STEPS, _BACK_SPEED = 30, 0.4  # m/s
 
 
@@ -49,6 +50,7 @@ class KnownEnv(Protocol):
     record: StepRecord
     T_world_goal: FloatArray
     space: SeenSpace
+    posture: FloatArray
 
 
 class Ways(Protocol):
@@ -72,9 +74,15 @@ class OraclePlanner:
 
     action_layer = "sdf_qp"
 
-    def __init__(self) -> None:
+    def __init__(self, carry: FloatArray = ARM_READY) -> None:
+        """Do nothing before `reset`.
+
+        Args:
+            carry: Posture of the arm while the base drives, shape (7,), rad.
+        """
         self._env: KnownEnv | None = None
         self._stage: Stage = "drive"
+        self._carry = carry
 
     def reset(self, env: gym.Env[dict[str, np.ndarray], FloatArray]) -> None:
         """See `Planner`."""
@@ -82,7 +90,7 @@ class OraclePlanner:
         self._goal = self._env.T_world_goal
         self._route = self._plan(self._env)
         self._scale = self._env.limits.twist_scale
-        self._stage, self._posture, self._stand = "drive", ARM_READY, np.zeros(2)
+        self._stage, self._posture, self._stand = "drive", self._carry, np.zeros(2)
         self._patience = Patience(_PATIENCE)
 
     def _plan(self, env: KnownEnv) -> Ways:
@@ -94,10 +102,15 @@ class OraclePlanner:
         Raises:
             RuntimeError: If `reset` was not called.
         """
-        return self._action(patient=True)
+        action = self._action(patient=True)
+        assert self._env is not None
+        self._env.posture = self._posture if self._stage in _CARRYING else ARM_READY
+        return action
 
     def advise(self) -> FloatArray:
         """What it would do now, while somebody else drives: it does not lose patience.
+
+        The posture that the arm goes back to is left as it is.
 
         Raises:
             RuntimeError: If `reset` was not called.
@@ -152,7 +165,7 @@ class OraclePlanner:
 
     def _begin(self, stage: Stage) -> None:
         if stage != self._stage:
-            self._stage, self._posture = stage, ARM_READY
+            self._stage, self._posture = stage, self._carry
             self._patience = Patience(_BACK_STEPS if stage == "back" else _PATIENCE)
 
     def _to_go(self, state: RobotState) -> float:

@@ -6,7 +6,7 @@ direction, in a window around the base, and takes what lies beyond from the ways
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -27,10 +27,13 @@ BACK_COST: Final = 3.0
 # Sixteen directions whose steps end in the middle of cells.
 _QUARTER = np.array([(1, 0), (2, 1), (1, 1), (1, 2)])
 _LEFT = np.array([(0, 1), (-1, 0)])  # turns a row by a quarter
-_STEPS = np.vstack([_QUARTER @ np.linalg.matrix_power(_LEFT, k) for k in range(4)])
-_LENGTHS = CELL * np.hypot(_STEPS[:, 0], _STEPS[:, 1])
-_YAWS = np.arctan2(_STEPS[:, 1], _STEPS[:, 0]) % (2.0 * np.pi)
-_GAPS = (np.roll(_YAWS, -1) - _YAWS) % (2.0 * np.pi)
+STEPS: Final = np.vstack([_QUARTER @ np.linalg.matrix_power(_LEFT, k) for k in range(4)])
+"""Cells that a step goes in each of the directions, shape (16, 2)."""
+LENGTHS: Final = CELL * np.hypot(STEPS[:, 0], STEPS[:, 1])
+"""Of these steps [m]."""
+YAWS: Final = np.arctan2(STEPS[:, 1], STEPS[:, 0]) % (2.0 * np.pi)
+"""The directions [rad]."""
+_GAPS = (np.roll(YAWS, -1) - YAWS) % (2.0 * np.pi)
 # Four discs of 0.27 m, in a row, cover the base; points of the arm in its ready pose [m ahead].
 _DISCS = np.array([-0.259, -0.076, 0.106, 0.289])
 _ARM = np.array([0.0, 0.25, 0.45])
@@ -76,14 +79,30 @@ def _least(distance: FloatArray, ahead: FloatArray, x: float, y: float, yaw: flo
     return least
 
 
-@njit(cache=True)
+class PoseCosts(NamedTuple):
+    """Of the poses of a window, all of shape (WINDOW, WINDOW, 16).
+
+    Attributes:
+        cost: Of the way from a pose [m].
+        known: The same where it was given, on the border and where ways end; elsewhere more than
+            any way costs [m].
+        factor: How many metres a metre counts there.
+        turn: Cost of turning left to the next direction [m].
+    """
+
+    cost: FloatArray
+    known: FloatArray
+    factor: FloatArray
+    turn: FloatArray
+
+
 def pose_costs(
     low: FloatArray,
     high: FloatArray,
     ends: FloatArray,
     cost: FloatArray,
     first: tuple[int, int],
-) -> FloatArray:
+) -> PoseCosts:
     """Costs of the ways from all poses of a window.
 
     Args:
@@ -92,12 +111,16 @@ def pose_costs(
         ends: Cost of ending a way in a cell [m]; see `GroundPlan`.
         cost: Cost of the way of a disc from a cell [m]; for what lies beyond the window.
         first: Cell of the grid where the window begins.
-
-    Returns:
-        Shape (WINDOW, WINDOW, 16), m.
     """
     factor, turn = _crossing(low, high, first)
-    costs = _known_costs(ends, cost, first)
+    known = _known_costs(ends, cost, first)
+    return PoseCosts(_swept(known, factor, turn), known, factor, turn)
+
+
+@njit(cache=True)
+def _swept(known: FloatArray, factor: FloatArray, turn: FloatArray) -> FloatArray:
+    """Costs of the ways from all poses [m]."""
+    costs = known.copy()
     for _ in range(_ROUNDS):
         change = 0.0
         for direction in range(4):
@@ -112,16 +135,16 @@ def _crossing(
     low: FloatArray, high: FloatArray, first: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """Factors of all poses of a window, and the costs of turning left to the next direction [m]."""
-    factor = np.empty((WINDOW, WINDOW, len(_YAWS)))
+    factor = np.empty((WINDOW, WINDOW, len(YAWS)))
     turn = np.empty_like(factor)
     for i in range(WINDOW):
         for j in range(WINDOW):
             x, y = first[0] + i + 0.5, first[1] + j + 0.5
-            for h in range(len(_YAWS)):
-                factor[i, j, h] = pose_factor(low, high, x, y, _YAWS[h])
-            for h in range(len(_YAWS)):
-                middle = pose_factor(low, high, x, y, _YAWS[h] + 0.5 * _GAPS[h])
-                whole = factor[i, j, h] + 2.0 * middle + factor[i, j, (h + 1) % len(_YAWS)]
+            for h in range(len(YAWS)):
+                factor[i, j, h] = pose_factor(low, high, x, y, YAWS[h])
+            for h in range(len(YAWS)):
+                middle = pose_factor(low, high, x, y, YAWS[h] + 0.5 * _GAPS[h])
+                whole = factor[i, j, h] + 2.0 * middle + factor[i, j, (h + 1) % len(YAWS)]
                 turn[i, j, h] = TURN_COST * _GAPS[h] * 0.25 * whole
     return factor, turn
 
@@ -129,7 +152,7 @@ def _crossing(
 @njit(cache=True)
 def _known_costs(ends: FloatArray, cost: FloatArray, first: tuple[int, int]) -> FloatArray:
     """Costs where ways end, and on the border of the window; elsewhere more than any way costs."""
-    costs = np.full((WINDOW, WINDOW, len(_YAWS)), FAR)
+    costs = np.full((WINDOW, WINDOW, len(YAWS)), FAR)
     middle = 0.5 * (WINDOW - 1)
     for i in range(WINDOW):
         for j in range(WINDOW):
@@ -141,8 +164,8 @@ def _known_costs(ends: FloatArray, cost: FloatArray, first: tuple[int, int]) -> 
             if max(abs(i - middle), abs(j - middle)) > middle - 2.5:
                 down_x, down_y = cost[a - 1, b] - cost[a + 1, b], cost[a, b - 1] - cost[a, b + 1]
                 on = np.arctan2(down_y, down_x)
-                for h in range(len(_YAWS)):
-                    whole = cost[a, b] + TURN_COST * angle_between(on, _YAWS[h])
+                for h in range(len(YAWS)):
+                    whole = cost[a, b] + TURN_COST * angle_between(on, YAWS[h])
                     costs[i, j, h] = min(costs[i, j, h], whole)
     return costs
 
@@ -150,7 +173,7 @@ def _known_costs(ends: FloatArray, cost: FloatArray, first: tuple[int, int]) -> 
 @njit(cache=True)
 def _sweep(costs: FloatArray, factor: FloatArray, turn: FloatArray, up: bool, right: bool) -> float:
     """One pass over all poses; returns the largest change [m]."""
-    change, n = 0.0, len(_YAWS)
+    change, n = 0.0, len(YAWS)
     for k in range(WINDOW):
         i = k if up else WINDOW - 1 - k
         for m in range(WINDOW):
@@ -172,37 +195,8 @@ def _driven(costs: FloatArray, factor: FloatArray, i: int, j: int, h: int) -> fl
     """Cost of the way from a pose, if it begins straight, ahead or back, or as it was before."""
     best = costs[i, j, h]
     for sign, weight in ((1, 1.0), (-1, BACK_COST)):
-        a, b = i + sign * _STEPS[h, 0], j + sign * _STEPS[h, 1]
+        a, b = i + sign * STEPS[h, 0], j + sign * STEPS[h, 1]
         if 0 <= a < WINDOW and 0 <= b < WINDOW:
-            step = weight * _LENGTHS[h] * 0.5 * (factor[i, j, h] + factor[a, b, h])
+            step = weight * LENGTHS[h] * 0.5 * (factor[i, j, h] + factor[a, b, h])
             best = min(best, costs[a, b, h] + step)
     return best
-
-
-@njit(cache=True)
-def pose_cost(costs: FloatArray, x: float, y: float, yaw: float) -> float:
-    """Cost of the way from a pose between those of the window, interpolated [m].
-
-    Args:
-        costs: Of the poses of the window; see `pose_costs`.
-        x: Position from the corner of the window, in cells.
-        y: The same.
-        yaw: Direction, rad.
-    """
-    x, y = min(max(x - 0.5, 0.0), WINDOW - 1.001), min(max(y - 0.5, 0.0), WINDOW - 1.001)
-    i, j, yaw = int(x), int(y), yaw % (2.0 * np.pi)
-    h = len(_YAWS) - 1
-    while _YAWS[h] > yaw:
-        h -= 1
-    turned = (yaw - _YAWS[h]) / _GAPS[h]
-    near = _between(costs[:, :, h], i, j, x - i, y - j)
-    next_one = _between(costs[:, :, (h + 1) % len(_YAWS)], i, j, x - i, y - j)
-    return (1.0 - turned) * near + turned * next_one
-
-
-@njit(cache=True)
-def _between(plane: FloatArray, i: int, j: int, a: float, b: float) -> float:
-    """Value between four cells."""
-    near = (1.0 - b) * plane[i, j] + b * plane[i, j + 1]
-    far = (1.0 - b) * plane[i + 1, j] + b * plane[i + 1, j + 1]
-    return (1.0 - a) * near + a * far

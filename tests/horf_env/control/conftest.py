@@ -4,14 +4,24 @@ import numpy as np
 import pytest
 
 from horf_env.control import ControlTick
-from horf_env.robot import LIMITS, integrate
+from horf_env.robot import ARM_READY, LIMITS, integrate
 
 DT = 0.05
 
 
 @pytest.fixture(scope="session")
 def make_tick(robot, sdf):
-    def make(q, points, twist, *, velocity=None, limits="ld60", count=8, position_error=1.0):
+    def make(
+        q,
+        points,
+        twist,
+        *,
+        velocity=None,
+        limits="ld60",
+        count=8,
+        position_error=1.0,
+        posture=ARM_READY,
+    ):
         state = robot.state(q)
         velocity = np.zeros(9) if velocity is None else velocity
         profile = LIMITS[limits]
@@ -20,6 +30,7 @@ def make_tick(robot, sdf):
             velocity=velocity,
             twist=twist,
             position_error=position_error,
+            posture=posture,
             obstacles=sdf.witnesses(
                 points,
                 state,

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from horf_env.control import control_preset
-from horf_env.planners.carrying import carrying_twist, posture_before
+from horf_env.planners.carrying import ARM_TUCKED, carrying_twist, posture_before
 from horf_env.robot import ARM_READY, LIMITS, integrate
+from horf_env.robot.bodies import collision_parts
+from horf_env.robot.footprint import FOOTPRINT
 
 NO_POINTS = np.zeros((0, 3))
 SCALE = LIMITS["ld60"].twist_scale
@@ -16,13 +18,15 @@ GOAL[:3, :3] = [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
 GOAL[:3, 3] = [1.0, 0.3, 0.9]
 
 
-def carry(make_tick, q, base, steps):
+def carry(make_tick, q, base, steps, posture=ARM_READY):
     """Configuration and velocity after some ticks in free space."""
     qp, velocity = control_preset("default").whole_body_qp(), np.zeros(9)
     for _ in range(steps):
         state = make_tick(q, NO_POINTS, np.zeros(6)).state
-        twist = carrying_twist(state, ARM_READY, base, SCALE)
-        tick = make_tick(q, NO_POINTS, twist, velocity=velocity, position_error=5.0)
+        twist = carrying_twist(state, posture, base, SCALE)
+        tick = make_tick(
+            q, NO_POINTS, twist, velocity=velocity, position_error=5.0, posture=posture
+        )
         velocity = qp.solve(tick).velocity
         q = integrate(q, velocity, DT)
     return q, velocity
@@ -34,6 +38,29 @@ def test_the_base_does_what_it_is_told(make_tick, base):
     _, velocity = carry(make_tick, q, np.array(base), 60)
     np.testing.assert_allclose(velocity[:2], base, atol=0.05)
     assert np.abs(velocity[2:]).max() < 0.05
+
+
+@pytest.mark.parametrize("base", [[0.8, 0.0], [0.6, 0.4], [0.0, -1.0]])
+def test_the_arm_is_tucked_while_the_base_drives(make_tick, base):
+    q = np.concatenate([np.zeros(3), ARM_READY])
+    q, velocity = carry(make_tick, q, np.array(base), 100, ARM_TUCKED)
+    np.testing.assert_allclose(velocity[:2], base, atol=0.05)
+    np.testing.assert_allclose(q[3:], ARM_TUCKED, atol=0.05)
+
+
+def test_the_tucked_arm_is_above_the_base(robot):
+    """No part of it is before, behind or beside the body; the ready pose is 0.3 m before it."""
+    state = robot.state(np.concatenate([np.zeros(3), ARM_TUCKED]))
+    corners = [
+        np.asarray(part.vertices) @ T[:3, :3].T + T[:3, 3]
+        for body, T in zip(collision_parts()[1:], state.link_poses[1:], strict=True)
+        for part in body
+    ]
+    arm = np.concatenate(corners)
+    back, front, right, left = FOOTPRINT
+    assert back < arm[:, 0].min() and arm[:, 0].max() < front
+    assert right < arm[:, 1].min() and arm[:, 1].max() < left
+    assert arm[:, 2].max() < 1.09
 
 
 def test_a_wound_arm_unwinds_while_the_base_turns(make_tick):

@@ -38,6 +38,13 @@ def test_prefers_to_face_the_end_effector_and_to_get_the_arm_ready(make_tick):
     np.testing.assert_allclose(preferred[2:], [-0.8, 0, 0, 0, 0, 0, 0], atol=1e-9)
 
 
+def test_the_arm_goes_back_to_the_posture_of_the_tick(make_tick):
+    posture = ARM_READY + np.linspace(-0.3, 0.3, 7)
+    objective = PostureObjective(base_change_weight=0.0, arm_change_weight=0.0)
+    preferred = minimiser(objective.terms(make_tick(QR, NO_POINTS, STILL, posture=posture)))
+    np.testing.assert_allclose(preferred[2:], posture - ARM_READY, atol=1e-9)
+
+
 def test_a_far_arm_does_not_jerk_back(make_tick):
     q = QR.copy()
     q[3] = 2.5

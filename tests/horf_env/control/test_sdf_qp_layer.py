@@ -19,7 +19,12 @@ def layer(sdf):
 
 def sensed(state, points, velocity):
     return Sensed(
-        state=state, velocity=velocity, points=points, unseen=NO_GROUND, position_error=2.0
+        state=state,
+        velocity=velocity,
+        points=points,
+        unseen=NO_GROUND,
+        position_error=2.0,
+        posture=ARM_READY,
     )
 
 

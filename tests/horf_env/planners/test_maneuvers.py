@@ -6,7 +6,8 @@ import pytest
 from horf_env.perception.sweeping import crossing_costs, sweep
 from horf_env.perception.ways import CELL, GroundPlan, cell_of
 from horf_env.planners.maneuvers import Maneuvers
-from horf_env.planners.pose_costs import WINDOW, pose_cost, pose_costs, pose_factor
+from horf_env.planners.pose_costs import WINDOW, YAWS, pose_costs, pose_factor
+from horf_env.planners.pose_path import AHEAD, BACK, LEFT, RIGHT, PosePath, pose_path
 
 SIDE = 120  # cells
 START = np.array([3.0, 3.0])
@@ -54,7 +55,9 @@ def window_costs(found):
 
 
 def test_drives_ahead_on_free_ground():
-    assert Maneuvers().choose(plan(), START, 0.0, 0.5) == (0.5, 0.0)
+    speed, turn = Maneuvers().choose(plan(), START, 0.0, 0.5)
+    assert speed == pytest.approx(0.5, abs=0.01)
+    assert abs(turn) < 0.2  # to the middle of the cell
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -82,16 +85,56 @@ def test_comes_out_of_a_dead_end_backwards_as_it_cannot_turn():
 
 
 def test_costs_fall_by_the_way_that_is_driven():
-    costs = window_costs(plan())
-    middle = WINDOW / 2
-    near, far = (pose_cost(costs, middle + dx, middle, 0.0) for dx in (8.0, 0.0))
-    assert far - near == pytest.approx(8 * CELL, abs=0.02)
+    costs = window_costs(plan()).cost
+    middle = WINDOW // 2
+    assert costs[middle, middle, 0] - costs[middle + 8, middle, 0] == pytest.approx(0.4, abs=0.02)
 
 
 def test_a_turn_costs_more_than_none():
-    costs = window_costs(plan())
-    ahead, aside = (pose_cost(costs, WINDOW / 2, WINDOW / 2, yaw) for yaw in (0.0, np.pi / 2))
-    assert aside > ahead + 0.5
+    costs = window_costs(plan()).cost[WINDOW // 2, WINDOW // 2]
+    assert costs[4] > costs[0] + 0.5
+
+
+def test_the_way_on_free_ground_is_one_straight_run():
+    path = pose_path(window_costs(plan()), WINDOW / 2, WINDOW / 2, 0.0)
+    assert set(path.moves.tolist()) == {AHEAD}
+    np.testing.assert_allclose(path.places[:, 1], path.places[0, 1])
+    assert path.turns == 0
+
+
+@pytest.mark.parametrize(("yaw", "turn"), [(1.0, RIGHT), (-1.0, LEFT), (2.9, RIGHT), (3.5, LEFT)])
+def test_the_way_begins_with_turns_the_shorter_way_around(yaw, turn):
+    path = pose_path(window_costs(plan()), WINDOW / 2, WINDOW / 2, yaw)
+    assert path.turns > 0
+    assert set(path.moves[: path.turns].tolist()) == {turn}
+    assert path.moves[path.turns] == AHEAD
+
+
+def test_costs_fall_along_the_way():
+    boxes = [(3.4, 3.9, 3.3, 6.0), (3.4, 3.9, 0.0, 2.5)]
+    costs = window_costs(plan(boxes))
+    path = pose_path(costs, WINDOW / 2 - 6, WINDOW / 2 + 5, 2.0)
+    places = path.places.astype(int)
+    directions = [int(np.argmin(np.abs(YAWS - yaw))) for yaw in path.yaws]
+    along = costs.cost[places[:, 0], places[:, 1], directions]
+    assert len(along) > 20
+    assert (np.diff(along) < 0.02).all()
+
+
+def test_a_run_ends_where_the_way_turns_back():
+    path = PosePath(
+        np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0]]),
+        np.zeros(4),
+        np.array([AHEAD, AHEAD, BACK]),
+    )
+    np.testing.assert_array_equal(path.run(0, 1.0), [1.0, 0.0])
+    np.testing.assert_array_equal(path.run(0, 9.0), [2.0, 0.0])
+    np.testing.assert_array_equal(path.run(2, 9.0), [1.0, 0.0])
+
+
+def test_the_way_ends_where_ways_end():
+    path = pose_path(window_costs(plan(goal=(3.5, 3.0))), WINDOW / 2, WINDOW / 2, 0.0)
+    np.testing.assert_allclose(path.places[-1], [WINDOW / 2 + 10.5, WINDOW / 2 + 0.5])
 
 
 @pytest.mark.parametrize("yaw", np.linspace(0.0, 6.0, 7))
@@ -114,7 +157,16 @@ def test_what_hangs_blocks_the_arm_only():
     assert pose_factor(far, hangs, 60.0, 60.0, np.pi) < 5.0
 
 
+def test_turns_on_the_spot_to_one_side_only():
+    """In a narrow place: once it has begun to turn it does not turn back."""
+    corner = [(2.0, 4.2, 3.55, 3.7), (3.6, 3.75, 2.0, 2.75), (1.9, 2.0, 2.0, 3.7)]
+    poses = drive(plan(corner, goal=(5.5, 3.1)), 2.0, place=np.array([2.9, 3.0]))
+    turned = np.diff(poses[np.hypot(*np.diff(poses[:, :2], axis=0, prepend=0.0).T) < 1e-6, 2])
+    assert poses[-1, 0] > 4.2
+    assert np.sum(np.diff(np.sign(turned[np.abs(turned) > 1e-3])) != 0) <= 1
+
+
 def test_plans_anew_when_the_plan_changes():
     maneuvers = Maneuvers()
-    assert maneuvers.choose(plan(), START, 0.0, 0.5)[0] == 0.5
+    assert maneuvers.choose(plan(), START, 0.0, 0.5)[0] > 0.4
     assert maneuvers.choose(plan(goal=(0.5, 3.0)), START, 0.0, 0.5)[0] == 0.0
