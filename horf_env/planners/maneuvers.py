@@ -30,6 +30,7 @@ class Maneuvers:
     def __init__(self) -> None:
         """Nothing is planned."""
         self._plan: GroundPlan | None = None
+        self._middle = np.zeros(2, dtype=np.int64)
         self._side = 0.0
 
     def choose(

@@ -58,9 +58,8 @@ def test_the_tucked_arm_is_above_the_base(robot):
     ]
     arm = np.concatenate(corners)
     back, front, right, left = FOOTPRINT
-    assert back < arm[:, 0].min() and arm[:, 0].max() < front
-    assert right < arm[:, 1].min() and arm[:, 1].max() < left
-    assert arm[:, 2].max() < 1.09
+    assert (arm.min(axis=0)[:2] > (back, right)).all()
+    assert (arm.max(axis=0) < (front, left, 1.09)).all()
 
 
 def test_a_wound_arm_unwinds_while_the_base_turns(make_tick):
