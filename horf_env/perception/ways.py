@@ -27,6 +27,9 @@ FAR: Final = 1e4
 # A metre that nobody has looked at counts at least so many: seen gaps between obstacles look dear
 # beside what is not known, which in clutter is no better.
 _UNSEEN = 2.0
+# Ground so near to an obstacle that nobody has seen is taken for a part of it: bases hit sides that
+# they had not looked at. With 0.35 m gaps close that are open.
+_HIDDEN = 0.25  # m
 _SIGHT = 3.1  # m around the base, that of the local map
 _HEIGHTS = (0.025, 0.175, 0.325)  # m; ground counts as seen if one of these was, over it
 _UNDER = 0.27  # m; the ground under the base
@@ -65,8 +68,8 @@ class GroundPlan(NamedTuple):
 class GroundWays:
     """Remembers what was seen on the ground and plans on it.
 
-    Only surfaces that were seen count, not what they may hide: half of the gaps would close, and
-    the robot finds out when it gets there.
+    Surfaces that were seen count and the ground right behind them, but not all that they may hide:
+    half of the gaps would close, and the robot finds out when it gets there.
 
     Attributes:
         plan: The last plan.
@@ -144,7 +147,7 @@ class GroundWays:
         self._look(base)
         first, last = self._part(base)
         part = np.s_[first[0] : last[0], first[1] : last[1]]
-        low, high = _distance(self._low[part] | self._avoided[part]), _distance(self._high[part])
+        low, high = _distance(self._obstacles(part)), _distance(self._high[part])
         step = crossing_costs(low, high, CELL)
         step = np.where(self._seen[part], step, np.maximum(step, _UNSEEN * CELL))
         ends = self._ends(first, low)
@@ -153,6 +156,12 @@ class GroundWays:
         self.plan = GroundPlan(
             CELL * np.asarray(self._corner + first, float), low, high, step, ends, cost
         )
+
+    def _obstacles(self, part: tuple[slice, slice]) -> BoolArray:
+        """Where the base cannot go: what was seen, its hidden sides, and what it keeps off."""
+        low = self._low[part]
+        hidden = ~self._seen[part] & (_distance(low) < _HIDDEN)
+        return low | hidden | self._avoided[part]
 
     def _ends(self, first: IntArray, low: FloatArray) -> FloatArray:
         """Cost of ending a way in the cells of the part that begins with cell `first`."""

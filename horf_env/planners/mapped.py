@@ -23,7 +23,7 @@ from horf_env.types import FloatArray
 # wide, does not see. 1.75 m would show all of it, and is too wide for a forest.
 _TURNING_RADIUS = 1.2  # m
 _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
-_GIVING_WAY = 0.3  # m/s, backwards
+_GIVING_WAY = 0.3  # m/s
 _ROOMY = 0.8  # m; with less to the next obstacle the base is no disc any more
 _CAUTION = 0.05  # m of clearance that it takes off when it chooses its speed there
 
@@ -114,9 +114,9 @@ class MappedPlanner(OraclePlanner):
         return self._unless_held(speed, float(np.clip(turn, -sharpest, sharpest)))
 
     def _unless_held(self, speed: float, turn: float) -> tuple[float, float]:
-        """The same, or backwards on ground that it came over where neither is possible."""
-        held = self._giving_way.update(max(speed, 0.0), self._velocity())
-        return (-_GIVING_WAY, 0.0) if held else (speed, turn)
+        """The same, or straight out of the way where neither is possible."""
+        direction = self._giving_way.update(max(speed, 0.0), self._velocity())
+        return (direction * _GIVING_WAY, 0.0) if direction else (speed, turn)
 
     def _velocity(self) -> FloatArray:
         """Of the base in the last step, shape (2,), m/s and rad/s."""

@@ -14,7 +14,17 @@ def steps_of(speed, velocities):
 
 def test_gives_way_after_ten_steps_without_motion():
     answers = steps_of(0.5, [STILL] * 10 + [DRIVING] * 30)
-    assert answers == [False] * 9 + [True] * 16 + [False] * 15
+    assert answers == [0.0] * 9 + [-1.0] * 16 + [0.0] * 15
+
+
+def test_goes_ahead_where_it_cannot_go_back():
+    answers = steps_of(0.5, [STILL] * 20 + [DRIVING] * 20)
+    assert answers == [0.0] * 9 + [-1.0] * 10 + [1.0] * 16 + [0.0] * 5
+
+
+def test_does_something_else_where_it_can_neither_go_back_nor_ahead():
+    answers = steps_of(0.5, [STILL] * 40)
+    assert answers == [0.0] * 9 + [-1.0] * 10 + [1.0] * 10 + [0.0] * 10 + [-1.0]
 
 
 def test_does_not_while_it_drives():
