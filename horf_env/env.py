@@ -75,6 +75,10 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     the range are clipped.
 
     An episode ends on success or contact, and is truncated after 1000 steps of 0.05 s.
+
+    Attributes:
+        posture: Joints that the QP lets the arm go back to where the twist leaves it free, shape
+            (7,), rad; the ready pose from every reset on. A planner may set another one.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012  Gymnasium's way
