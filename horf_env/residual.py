@@ -24,13 +24,13 @@ ADVICE: Final = "advice"
 
 SHARE: Final = 0.125
 """Of the range of actions that a correction covers. Random corrections of 0.4, ten steps each, left
-`mapped` 4 of 16 goals on training instances, those of 0.2 left 7; alone it reached 14 of 24. With
-0.25 no policy was better than `mapped`."""
+`mapped` 4 of 16 goals on training instances, those of 0.2 left 7; alone it reached 14 of 24. A
+policy with 0.25 reached 10 test goals less than `mapped`, one with 0.125 7 less."""
 
 _FADE = 2.0
 """Distance of the gripper from the goal [m] from which on corrections get less: the planner's servo
-then arrives, whatever the corrections are. The arm unfolds 1.6 m before the goal; with 0.5 m there
-were fewer goals."""
+then arrives, whatever the corrections are. The arm unfolds 1.6 m before the goal; with 0.5 m two
+policies reached 36 of 40 validation goals, with this one reached 38."""
 
 EFFORT: Final = 0.1
 """What a correction costs: so much for the square of each of its six parts. Without it policies
