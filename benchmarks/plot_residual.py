@@ -1,7 +1,7 @@
 """Draw and print the runs that correct a planner, one file a run.
 
     cd benchmarks/results/residual
-    python ../../plot_residual.py poses_*_seed?.parquet --out ../../../docs/images/residual.png
+    python ../../plot_residual.py poses_*_seed?.parquet --out ../../../docs/images/corrections.png
 
 Names are PREFIX_ALGORITHM_seedN.parquet, beside each the one with `_evaluations`. Curves are of the
 training episodes, with noise: at each step the mean over the last episodes of each run, thin, then

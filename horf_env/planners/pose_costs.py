@@ -34,7 +34,8 @@ LENGTHS: Final = CELL * np.hypot(STEPS[:, 0], STEPS[:, 1])
 YAWS: Final = np.arctan2(STEPS[:, 1], STEPS[:, 0]) % (2.0 * np.pi)
 """The directions [rad]."""
 _GAPS = (np.roll(YAWS, -1) - YAWS) % (2.0 * np.pi)
-# Four discs of 0.27 m, in a row, cover the base; points of the arm in its ready pose [m ahead].
+# Four discs of 0.27 m, in a row, cover the base; points of the arm in its ready pose [m ahead]. A
+# tucked arm is shorter: its own outline, with more room around it, reached no more goals.
 _DISCS = np.array([-0.259, -0.076, 0.106, 0.289])
 _ARM = np.array([0.0, 0.25, 0.45])
 # Nearer than this [m] to the middle of a disc, or to a point of the arm, a pose is blocked, and
