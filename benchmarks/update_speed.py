@@ -5,7 +5,7 @@ is the arithmetic of our step over the measured rate of a matrix product of its 
 are not installed are skipped with a note: SBX (`pip install sbx-rl`) and the fork of SB3 by the
 authors of DSAC.
 
-    python benchmarks/update_speed.py [--rounds 15] [--out benchmarks/results/update_speed.json]
+    python benchmarks/update_speed.py [--rounds 15] [--precision medium] [--out FILE]
 """
 
 from __future__ import annotations
@@ -49,6 +49,8 @@ RIVALS = {
     "sbx_sac": "sbx:SAC",
     "sb3_fork_dsac_t": "stable_baselines3.dsact:DSACT",
 }
+# Those that `--precision` is for; all others keep PyTorch's default.
+OURS = ("bayes_dsac", "dsac_t", "redq")
 VECTORS = spaces.Box(-1, 1, (60,))
 DEPTH = spaces.Dict(
     {"depth": spaces.Box(0, 255, (5, 48, 64), np.uint8), "state": spaces.Box(-1, 1, (32,))}
@@ -151,22 +153,27 @@ def milliseconds(work: Callable[[], object], steps: int) -> float:
     return 1e3 * (time.process_time() - begin) / steps
 
 
-def compare(case: Case, rounds: int, calls: int) -> dict[str, Any]:
-    """Milliseconds of a gradient step of each rival, and ratios to SAC within a round."""
+def compare(case: Case, rounds: int, calls: int, precision: str) -> dict[str, Any]:
+    """Milliseconds of a gradient step of each rival, and ratios to SAC within a round.
+
+    `precision` is that of the products of our own algorithms, for torch's
+    `set_float32_matmul_precision`.
+    """
     classes = {name: load(RIVALS[name]) for name in case.rivals}
     models = {name: make(cls, case) for name, cls in classes.items() if cls}
     steps = calls * case.replay_ratio
 
-    def work(model: Any) -> None:
+    def work(name: str) -> None:
+        th.set_float32_matmul_precision(precision if name in OURS else "highest")
         for _ in range(calls):
-            model.train(case.replay_ratio, BATCH)
+            models[name].train(case.replay_ratio, BATCH)
 
-    for model in models.values():
-        work(model)
+    for name in models:
+        work(name)
     times: dict[str, list[float]] = {name: [] for name in models}
     for _ in range(rounds):
-        for name, model in models.items():
-            times[name].append(milliseconds(lambda m=model: work(m), steps))
+        for name in models:
+            times[name].append(milliseconds(lambda n=name: work(n), steps))
     sac = np.array(times["sac"])
     return {
         "median_ms": {name: float(np.median(t)) for name, t in times.items()},
@@ -198,6 +205,7 @@ def main() -> None:
     """Measure all cases and write the JSON."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--precision", default="highest", choices=["highest", "high", "medium"])
     parser.add_argument("--cases", nargs="*", default=list(CASES), choices=CASES)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/update_speed.json"))
     arguments = parser.parse_args()
@@ -209,12 +217,14 @@ def main() -> None:
         "threads": th.get_num_threads(),
         "seed": SEED,
         "rounds": arguments.rounds,
+        "precision": arguments.precision,
         "matrix_gflop_s": rate / 1e9,
         "cases": {},
     }
     for name in arguments.cases:
         case = CASES[name]
-        rows = compare(case, arguments.rounds, calls=max(1, 20 // case.replay_ratio))
+        calls = max(1, 20 // case.replay_ratio)
+        rows = compare(case, arguments.rounds, calls, arguments.precision)
         rows |= floor(case, rate)
         rows["bayes_dsac_over_floor"] = rows["median_ms"]["bayes_dsac"] / rows["floor_ms"]
         result["cases"][name] = rows
