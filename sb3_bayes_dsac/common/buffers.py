@@ -159,7 +159,10 @@ class FrameStackReplayBuffer(DictReplayBuffer):
         )
 
     def _to_tensors(self, obs: Observations, env: VecNormalize | None) -> dict[str, th.Tensor]:
-        """Normalised tensors in the order of the space's keys."""
+        """Normalised tensors in the order of the space's keys.
+
+        Stacks are not copied once more: those of an observation and of its successor share frames.
+        """
         normalised = self._normalize_obs({key: obs[key] for key in self.obs_shape}, env)
         assert isinstance(normalised, dict)
-        return {key: self.to_torch(part) for key, part in normalised.items()}
+        return {key: self.to_torch(part, copy=False) for key, part in normalised.items()}

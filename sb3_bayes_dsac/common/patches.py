@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, Final
 
 import torch as th
@@ -14,9 +15,10 @@ from torch.autograd.function import once_differentiable
 PATCH: Final = 4
 # Largest value of a pixel stored as a byte.
 MAX_BYTE: Final = 255.0
-# Patches that become floats at a time: 2.6 MB at five channels, which stay in the cache. All at
-# once they would be 16 MB of new memory, whose first touch costs more than the product.
-CHUNK: Final = 8192
+# Patches that become floats at a time: 0.66 MB at five channels, which stay in the second-level
+# cache. All at once they would be 16 MB of new memory, whose first touch costs more than the
+# product.
+CHUNK: Final = 2048
 
 
 def byte_patches(images: th.Tensor) -> th.Tensor:
@@ -27,11 +29,23 @@ def byte_patches(images: th.Tensor) -> th.Tensor:
     """
     n, channels, height, width = images.shape
     height, width = height // PATCH, width // PATCH
-    images = images[:, :, : height * PATCH, : width * PATCH].contiguous()
-    # Four neighbouring bytes are one integer, so that four times fewer elements move.
-    words = images.view(th.int32).view(n, channels, height, PATCH, width)
-    rows = words.permute(0, 2, 4, 1, 3).reshape(n * height * width, channels * PATCH)
-    return rows.view(th.uint8)
+    images = images[:, :, : height * PATCH, : width * PATCH]
+    steps = (*images.stride()[:3], images.storage_offset())
+    if images.stride(3) != 1 or any(step % PATCH for step in steps):  # rows are no whole words
+        images = images.contiguous()
+    # Four neighbouring bytes are one integer, so that four times fewer elements move. Gathering by
+    # a list of places takes two thirds of the time of a permuted copy.
+    words = images.view(th.int32).flatten(1)
+    order = _patch_order(channels, height, width).to(images.device)
+    rows = words.gather(1, order.expand(n, -1))
+    return rows.view(n * height * width, channels * PATCH).view(th.uint8)
+
+
+@lru_cache(maxsize=8)
+def _patch_order(channels: int, height: int, width: int) -> th.Tensor:
+    """Where the words of all patches of an image are, patch after patch."""
+    places = th.arange(channels * height * PATCH * width).view(channels, height, PATCH, width)
+    return places.permute(1, 3, 0, 2).flatten()
 
 
 class _ByteProduct(th.autograd.Function):

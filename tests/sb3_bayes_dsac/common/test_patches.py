@@ -13,6 +13,27 @@ def test_a_patch_lists_its_channels_row_by_row() -> None:
     assert th.equal(rows[1, 1, 2], images[1, :, 4:8, 8:12].flatten())
 
 
+WINDOWS = th.arange(2 * 6 * 8 * 12).to(th.uint8).view(2, 6, 8, 12)
+
+
+@pytest.mark.parametrize(
+    "images",
+    [
+        WINDOWS[:, 1:],  # successors in a window of frames
+        WINDOWS[:, :, :, 1:9],  # begins within a word
+        WINDOWS[:, :, 1:],  # begins within a patch
+        WINDOWS[:, :, ::2],
+        WINDOWS.flatten()[3:-9].view(2, 1, 6, 95)[..., :92],  # rows are no whole words
+        WINDOWS.permute(0, 1, 3, 2),
+        WINDOWS.view(2, 8, 12, 6).permute(0, 3, 1, 2),  # channels last
+    ],
+)
+def test_the_layout_of_images_does_not_matter(images: th.Tensor) -> None:
+    assert th.equal(
+        byte_patches(images), byte_patches(images.clone(memory_format=th.contiguous_format))
+    )
+
+
 @pytest.mark.parametrize("chunk", [7, 8192])
 @pytest.mark.parametrize("size", [(48, 64), (24, 32), (4, 4), (37, 41), (5, 10)])
 def test_bytes_and_floats_give_the_same_features_and_gradients(
