@@ -205,7 +205,7 @@ def main() -> None:
     """Measure all cases and write the JSON."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--precision", default="highest", choices=["highest", "high", "medium"])
+    parser.add_argument("--precision", default="highest", choices=["highest", "medium"])
     parser.add_argument("--cases", nargs="*", default=list(CASES), choices=CASES)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/update_speed.json"))
     arguments = parser.parse_args()
