@@ -11,6 +11,7 @@ from horf_env.perception import (
     CameraModel,
     DepthCamera,
     DisparityNoise,
+    FarView,
     FrameStack,
     Image,
     MemorySettings,
@@ -93,6 +94,7 @@ class Senses:
         self._noise = DisparityNoise() if depth_noise else None
         self._tolerance = _SELF_FILTER_NOISY if depth_noise else _SELF_FILTER
         self._stack, self.memory = FrameStack(), memory.make()
+        self._far_view = FarView(camera)
         self._near_surface = self._far_surface = self._around = np.empty((0, 3))
         self._centre = np.full(2, np.inf)
         self.depth: DepthImage = np.zeros((camera.height, camera.width), dtype=np.float32)
@@ -149,11 +151,19 @@ class Senses:
 
     def surfaces(self, place: FloatArray) -> FloatArray:
         """See `SeenSpace`: of all surfaces there are, or of those the camera has shown."""
-        return self._true_points(place) if self._full else self.memory.surfaces(place)
+        if self._full:
+            return self._true_points(place)
+        return np.concatenate([self.memory.surfaces(place), self._far_view.surfaces(place)])
 
     def seen(self, points: FloatArray) -> BoolArray:
         """See `SeenSpace`."""
-        return np.ones(len(points), dtype=np.bool_) if self._full else self.memory.seen(points)
+        if self._full:
+            return np.hypot(*(points[:, :2] - self._centre).T) < _FAR_RANGE
+        return self.memory.seen(points) | self._far_view.seen(points)
+
+    def presume(self, behind: float) -> None:
+        """See `SeenSpace`."""
+        self.memory.presume(behind)
 
     def unseen_ground(self, state: RobotState) -> FloatArray:
         """Ground that nobody has looked at, in the world, shape (M, 2), m."""
@@ -188,6 +198,7 @@ class Senses:
         points = unproject(image.depth, self._model, T_world_camera)
         own = self._sdf.on_arm(points, image.state, self._tolerance)
         self.memory.add(View(image, T_world_camera, points, own))
+        self._far_view.take_in(image.depth, points, T_world_camera)
 
 
 def _joined(parts: tuple[ConvexPart, ...]) -> tuple[FloatArray, np.ndarray]:

@@ -3,6 +3,7 @@
 from horf_env.perception.camera import CameraModel
 from horf_env.perception.cloud import CloudHistory, remove_floor, unproject
 from horf_env.perception.depth_camera import DepthCamera
+from horf_env.perception.far_view import FarView
 from horf_env.perception.frame_memory import FrameSettings
 from horf_env.perception.frames import FrameStack, coarser, dequantise_depth, quantise_depth
 from horf_env.perception.goal_space import goal_space
@@ -22,6 +23,7 @@ __all__ = [
     "CloudHistory",
     "DepthCamera",
     "DisparityNoise",
+    "FarView",
     "FrameSettings",
     "FrameStack",
     "GroundPlan",

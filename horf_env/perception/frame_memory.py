@@ -74,6 +74,9 @@ class FrameMemory:
         """See `ObstacleMemory`: it does not remember where it looked."""
         return np.zeros(len(points), dtype=np.bool_)
 
+    def presume(self, behind: float) -> None:
+        """See `ObstacleMemory`: it presumes nothing."""
+
     def unseen(self, T_world_base: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""
         return np.empty((0, 2))

@@ -98,8 +98,8 @@ class LocalMap:
         self._ground = np.empty((side**2, 2))
         self._space = hidden_space(2 * round(settings.near / settings.voxel))
         self._plate = round(min(settings.plate / settings.voxel, settings.layers))
-        self._behind = round(settings.fill_behind / settings.voxel)
         self._grace = round(settings.grace / settings.voxel)
+        self.presume(settings.fill_behind)
         self._make_grid()
 
     def _make_grid(self) -> None:
@@ -110,6 +110,7 @@ class LocalMap:
     def reset(self, T_world_base: FloatArray, free: FloatArray) -> None:
         """See `ObstacleMemory`."""
         self._make_grid()
+        self.presume(self._settings.fill_behind)
         self._free = free if self._settings.free_goal else np.empty((0, 3))
         self._centre = (math.inf, math.inf)
         self._follow(T_world_base[:3, 3], 0.0)
@@ -162,6 +163,10 @@ class LocalMap:
                 self._points,
             )
         )
+
+    def presume(self, behind: float) -> None:
+        """See `ObstacleMemory`."""
+        self._behind = round(behind / self._settings.voxel)
 
     def surfaces(self, place: FloatArray) -> FloatArray:
         """See `ObstacleMemory`."""

@@ -59,6 +59,9 @@ class ObstacleMemory(Protocol):
     def seen(self, points: FloatArray) -> BoolArray:
         """Which of the points (N, 3) [m] were looked at, shape (N,)."""
 
+    def presume(self, behind: float) -> None:
+        """Take unseen space up to so far behind surfaces [m] for occupied until the next reset."""
+
     def unseen(self, T_world_base: FloatArray) -> FloatArray:
         """Points of the ground near the base that were neither seen nor covered by it.
 

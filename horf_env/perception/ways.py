@@ -30,7 +30,7 @@ _UNSEEN = 2.0
 # Ground so near to an obstacle that nobody has seen is taken for a part of it: bases hit sides that
 # they had not looked at. With 0.35 m gaps close that are open.
 _HIDDEN = 0.25  # m
-_SIGHT = 3.1  # m around the base, that of the local map
+_SIGHT = 5.1  # m around the base, that of the camera
 _HEIGHTS = (0.025, 0.175, 0.325)  # m; ground counts as seen if one of these was, over it
 _UNDER = 0.27  # m; the ground under the base
 
@@ -43,6 +43,9 @@ class SeenSpace(Protocol):
 
     def seen(self, points: FloatArray) -> BoolArray:
         """Which of the points (N, 3) [m] were looked at, shape (N,)."""
+
+    def presume(self, behind: float) -> None:
+        """See `ObstacleMemory`."""
 
 
 class GroundPlan(NamedTuple):

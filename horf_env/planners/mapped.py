@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from horf_env.perception import GroundPlan, Guide
+from horf_env.planners.allowed_motion import allowed_motion
 from horf_env.planners.carrying import ARM_TUCKED
 from horf_env.planners.giving_way import GivingWay
 from horf_env.planners.maneuvers import Maneuvers
@@ -25,6 +26,7 @@ _TURNING_RADIUS = 1.2  # m
 _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
 _GIVING_WAY = 0.3  # m/s
 _ROOMY = 0.8  # m; with less to the next obstacle the base is no disc any more
+_PRESUMED = 0.0  # m behind surfaces; see `MappedPlanner`
 _CAUTION = 0.05  # m of clearance that it takes off when it chooses its speed there
 
 
@@ -75,7 +77,11 @@ class MappedRoute:
 
 
 class MappedPlanner(OraclePlanner):
-    """Shortest way on the own map, then the oracle's approach."""
+    """Shortest way on the own map, then the oracle's approach.
+
+    It has the map presume nothing behind surfaces: for somebody who plans ways around them that
+    closes more than it guards.
+    """
 
     def __init__(self, carry: FloatArray = ARM_TUCKED) -> None:
         """Do nothing before `reset`.
@@ -89,6 +95,13 @@ class MappedPlanner(OraclePlanner):
         """See `Planner`."""
         super().reset(env)
         self._giving_way, self._maneuvers = GivingWay(), Maneuvers()
+
+    def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
+        """See `Planner`."""
+        action = super().act(observation)
+        assert self._env is not None
+        self._env.space.presume(_PRESUMED)
+        return action
 
     def _plan(self, env: KnownEnv) -> MappedRoute:
         self._mapped = MappedRoute(env)
@@ -105,6 +118,13 @@ class MappedPlanner(OraclePlanner):
             self._mapped.plan, T[:2, 3], yaw, self._speed(room - _CAUTION)
         )
         return self._carried(state, *self._unless_held(*chosen))
+
+    def _carried(self, state: RobotState, speed: float, turn: float) -> FloatArray:
+        """With what the QP lets through of it."""
+        assert self._env is not None
+        points, braking = self._env.record.points, self._env.limits.braking
+        allowed = allowed_motion(points, state.T_world_base, speed, turn, braking)
+        return super()._carried(state, *allowed)
 
     def _steer(self, speed: float, turn: float) -> tuple[float, float]:
         """Wide turns, or turns on the spot."""

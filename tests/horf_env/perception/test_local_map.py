@@ -298,3 +298,13 @@ def test_memory_does_not_grow_with_the_way():
         looker.look(base(x=x))
     assert looker.memory._grid is grid
     assert places == [array.ctypes.data for array in grid if isinstance(array, np.ndarray)]
+
+
+def test_presumes_as_little_behind_surfaces_as_it_is_told_until_the_next_reset():
+    world = scene([Box((1.5, 0.0, 0.5), (0.25, 0.5, 0.5), 0.0)])
+    looker = Looker(world, MapSettings(fill_behind=0.3))
+    whole = len(looker.look(base()))
+    looker.memory.presume(0.0)
+    assert len(looker.memory.points(base())) < whole
+    looker.memory.reset(base(), np.empty((0, 3)))
+    assert len(looker.look(base())) == whole

@@ -7,8 +7,8 @@ from horf_env.perception.ways import CELL, GroundWays, cell_of
 
 START, GOAL = np.zeros(2), np.array([6.0, 0.0])
 NOTHING = np.empty((0, 3))
-# 6 m, of which the last 2.9 are out of sight and count double.
-FREE = 8.9
+# 6 m, of which the last 0.9 are out of sight and count double.
+FREE = 6.9
 
 
 class Space:

@@ -86,5 +86,19 @@ def test_who_only_advises_leaves_the_arm_alone():
     env.close()
 
 
+def test_has_the_map_presume_nothing_behind_surfaces_while_it_drives(monkeypatch):
+    """One that only advises leaves the map as it is."""
+    env = gym.make("horf/Reach-v0", scene="room", perception="camera")
+    planner, told = MappedPlanner(), []
+    observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    planner.reset(env)
+    monkeypatch.setattr(env.unwrapped.space, "presume", told.append)
+    planner.advise()
+    assert told == []
+    planner.act(observation)
+    env.close()
+    assert told == [0.0]
+
+
 def test_is_a_planner_by_name():
     assert PLANNERS["mapped"] is MappedPlanner
