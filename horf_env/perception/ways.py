@@ -20,7 +20,7 @@ _TIGHT_STAND = 10.0  # m of way; what it costs to end one where the base cannot 
 _AROUND = 6.0  # m; how far ways lead beyond start and goal
 _BORDER = 1.0  # m; how far around what is known
 _KNOWN = 1.2  # m around the base: what is not among the known points there is gone
-_REPLAN = 10  # updates
+_REPLAN, _LOOK = 10, 3  # updates
 FAR: Final = 1e4
 """More than any way costs [m]."""
 
@@ -123,6 +123,8 @@ class GroundWays:
             before = self.ahead(base, 0.0)[2]
             self._plan(base)
             self.surprises += self.ahead(base, 0.0)[2] - before
+        elif self._updates % _LOOK == 0:
+            self._look(base)
         self._updates += 1
 
     def avoid(self, place: FloatArray) -> None:

@@ -127,3 +127,14 @@ def test_a_place_to_avoid_stands_in_the_way():
     for _ in range(10):
         found.update(START)
     assert found.ahead(START, 0.0)[2] > before + 0.2
+
+
+def test_notices_ground_that_is_seen_between_two_plans():
+    """A wall hides nothing of ground that was in view for a moment while the robot turned."""
+    view = {"seen": False}
+    space = Space(lambda points: np.full(len(points), view["seen"]))
+    never, once = ways([NOTHING] * 11, space=space), ways([NOTHING], space=space)
+    for k in range(10):
+        view["seen"] = 3 <= k < 6
+        once.update(START)
+    assert once.ahead(START, 0.0)[2] < never.ahead(START, 0.0)[2] - 3.0
