@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from numba import njit
 
 from horf_env.perception.camera import CameraModel, DepthImage
+from horf_env.perception.cloud import remove_floor
+from horf_env.perception.thinning import ring
 from horf_env.types import BoolArray, FloatArray
 
-NEAREST: Final = 2.9
-"""Distance on the ground from which on its points count [m]: the local map ends at 3 m."""
-
+# Distance on the ground from which on points count [m]: the local map ends at 3 m, and the arm does
+# not reach so far.
+_NEAREST = 2.9
 _FLOOR = 0.05  # m; what is lower is the floor
 _BEFORE = 0.05  # m; what is so near to a surface that was measured may be a part of it
 
@@ -41,9 +41,7 @@ class FarView:
 
     def surfaces(self, place: FloatArray) -> FloatArray:
         """Points of surfaces beyond the local map around a place (2,), in the world, (N, 3), m."""
-        away = self._points[:, :2] - place
-        far = (away**2).sum(axis=1) > NEAREST**2
-        return self._points[far & (self._points[:, 2] > _FLOOR)]
+        return remove_floor(ring(self._points, place, _NEAREST, np.inf), height=_FLOOR)
 
     def seen(self, points: FloatArray) -> BoolArray:
         """Which of the points (N, 3) [m] are in view with nothing before them, shape (N,).

@@ -99,7 +99,6 @@ class LocalMap:
         self._space = hidden_space(2 * round(settings.near / settings.voxel))
         self._plate = round(min(settings.plate / settings.voxel, settings.layers))
         self._grace = round(settings.grace / settings.voxel)
-        self.presume(settings.fill_behind)
         self._make_grid()
 
     def _make_grid(self) -> None:

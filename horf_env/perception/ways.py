@@ -180,6 +180,7 @@ class GroundWays:
         """Notice which ground around the base was looked at, or is under it."""
         cells = cell_of(base) - self._corner + _AROUND_BASE
         cells = cells[((cells >= 0) & (cells < self._seen.shape)).all(axis=1)]
+        cells = cells[~self._seen[tuple(cells.T)]]
         places = (cells + self._corner + 0.5) * CELL
         seen = np.hypot(*(places - base).T) < _UNDER
         for height in _HEIGHTS:

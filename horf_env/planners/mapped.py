@@ -26,8 +26,8 @@ _TURNING_RADIUS = 1.2  # m
 _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
 _GIVING_WAY = 0.3  # m/s
 _ROOMY = 0.8  # m; with less to the next obstacle the base is no disc any more
-_PRESUMED = 0.0  # m behind surfaces; see `MappedPlanner`
 _CAUTION = 0.05  # m of clearance that it takes off when it chooses its speed there
+_PRESUMED = 0.0  # m behind surfaces; see `MappedPlanner`
 
 
 class MappedRoute:
