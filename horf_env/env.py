@@ -194,8 +194,7 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         self._world.set_scene(self.scene)
         self.T_world_goal = self.scene.goal.pose
         self._start_episode(self._robot.state(self._world.state.configuration))
-        start = self._state.T_world_base[:2, 3]
-        self._guide = Guide(self.T_world_goal, start, self._senses) if self._guided else None
+        self._guide: Guide | None = None
         frames = self._senses.reset(self.scene, self._state, self.np_random, self.fault.image)
         self._look_around()
         self.record = self._record(self._points, None, np.zeros(6), None)
@@ -260,6 +259,22 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
     def space(self) -> SeenSpace:
         """What the senses have shown so far."""
         return self._senses
+
+    @property
+    def guide(self) -> Guide:
+        """The guide of this episode, for observations and planners alike."""
+        if self._guide is None:
+            start = self._state.T_world_base[:2, 3]
+            self._guide, self._hinted = Guide(self.T_world_goal, start, self._senses), -1
+        return self._guide
+
+    @property
+    def hints(self) -> FloatArray:
+        """What the guide says now, shape (13,); it looks once in a step."""
+        guide = self.guide
+        if self._hinted != self._steps:
+            self._hinted, self._hints = self._steps, guide.view(self._state.T_world_base)
+        return self._hints
 
     @property
     def contact(self) -> tuple[str, str] | None:
@@ -329,9 +344,8 @@ class HorfReachEnv(gym.Env[Observation, np.ndarray], EzPickle):
         }
         if self._map_view:
             observation["map"] = top_view(self._points, self._unseen, self._state.T_world_base)
-        if self._guide is not None:
-            hints = self._guide.view(self._state.T_world_base)
-            observation["guide"] = hints.astype(np.float32)
+        if self._guided:
+            observation["guide"] = self.hints.astype(np.float32)
         return observation
 
     def _record(

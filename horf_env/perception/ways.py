@@ -33,6 +33,7 @@ _HIDDEN = 0.25  # m
 _SIGHT = 5.1  # m around the base, that of the camera
 _HEIGHTS = (0.025, 0.175, 0.325)  # m; ground counts as seen if one of these was, over it
 _UNDER = 0.27  # m; the ground under the base
+_LOOKED = round(_SIGHT / CELL)  # cells
 
 
 class SeenSpace(Protocol):
@@ -178,14 +179,13 @@ class GroundWays:
 
     def _look(self, base: FloatArray) -> None:
         """Notice which ground around the base was looked at, or is under it."""
-        cells = cell_of(base) - self._corner + _AROUND_BASE
-        cells = cells[((cells >= 0) & (cells < self._seen.shape)).all(axis=1)]
-        cells = cells[~self._seen[tuple(cells.T)]]
-        places = (cells + self._corner + 0.5) * CELL
-        seen = np.hypot(*(places - base).T) < _UNDER
+        _set_around(self._seen, base / CELL - self._corner, _UNDER / CELL)
+        cells, points = _unset_around(self._seen, self._corner, cell_of(base), _LOOKED)
+        seen = np.zeros(len(cells), dtype=np.bool_)
         for height in _HEIGHTS:
-            seen |= self._space.seen(np.column_stack([places, np.full(len(places), height)]))
-        self._seen[tuple(cells[seen].T)] = True
+            points[:, 2] = height
+            seen |= self._space.seen(points)
+        self._seen[cells[seen, 0], cells[seen, 1]] = True
 
     def _part(self, base: FloatArray) -> tuple[IntArray, IntArray]:
         """Corners of the rectangle around base, goal and all that is known."""
@@ -195,10 +195,6 @@ class GroundWays:
         border = round(_BORDER / CELL)
         first = np.clip(marks.min(axis=0) - border, 0, None)
         return first, np.minimum(marks.max(axis=0) + border, self._low.shape)
-
-
-_NUMBERS = np.arange(-round(_SIGHT / CELL), round(_SIGHT / CELL))
-_AROUND_BASE = np.stack(np.meshgrid(_NUMBERS, _NUMBERS, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def cell_of(place: FloatArray) -> IntArray:
@@ -211,6 +207,42 @@ def _distance(cells: BoolArray) -> FloatArray:
     if not cells.any():
         return np.full(cells.shape, FAR)
     return np.asarray(CELL * distance_transform_edt(~cells))
+
+
+@njit(cache=True)
+def _set_around(cells: BoolArray, middle: FloatArray, radius: float) -> None:
+    """Set the cells whose middles are nearer to a place than a radius; all in cells."""
+    rows, columns = cells.shape
+    for i in range(max(int(middle[0] - radius), 0), min(int(middle[0] + radius) + 1, rows)):
+        for j in range(max(int(middle[1] - radius), 0), min(int(middle[1] + radius) + 1, columns)):
+            if np.hypot(i + 0.5 - middle[0], j + 0.5 - middle[1]) < radius:
+                cells[i, j] = True
+
+
+@njit(cache=True)
+def _unset_around(
+    cells: BoolArray, corner: IntArray, middle: IntArray, around: int
+) -> tuple[IntArray, FloatArray]:
+    """The cells of a square that are not set: numbers (N, 2), and middles on the floor (N, 3) [m].
+
+    Args:
+        cells: Grid.
+        corner: Number of its first cell in the world, shape (2,).
+        middle: Number of the square's middle in the world, shape (2,).
+        around: Half the edge of the square.
+    """
+    rows, columns = cells.shape
+    numbers = np.empty((4 * around * around, 2), dtype=np.int64)
+    middles, found = np.zeros((len(numbers), 3)), 0
+    first_i, first_j = middle[0] - corner[0] - around, middle[1] - corner[1] - around
+    for i in range(max(first_i, 0), min(first_i + 2 * around, rows)):
+        for j in range(max(first_j, 0), min(first_j + 2 * around, columns)):
+            if not cells[i, j]:
+                numbers[found, 0], numbers[found, 1] = i, j
+                middles[found, 0] = (i + corner[0] + 0.5) * CELL
+                middles[found, 1] = (j + corner[1] + 0.5) * CELL
+                found += 1
+    return numbers[:found], middles[:found]
 
 
 @njit(cache=True)

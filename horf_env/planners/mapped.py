@@ -9,13 +9,12 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from horf_env.perception import GroundPlan, Guide
+from horf_env.perception import GroundPlan
 from horf_env.planners.allowed_motion import allowed_motion
 from horf_env.planners.carrying import ARM_TUCKED
 from horf_env.planners.giving_way import GivingWay
 from horf_env.planners.maneuvers import Maneuvers
 from horf_env.planners.oracle import KnownEnv, OraclePlanner
-from horf_env.records import StepRecord
 from horf_env.robot import RobotState
 from horf_env.robot.footprint import CARRIED_HEIGHT
 from horf_env.types import FloatArray
@@ -37,27 +36,24 @@ class MappedRoute:
         """Start without anything to avoid.
 
         Args:
-            env: Gives the robot's state, known obstacle points and what was seen.
+            env: Gives the robot's state, known obstacle points and the way.
         """
-        self._env = env
-        start = env.record.state.T_world_base[:2, 3]
-        self._guide = Guide(env.T_world_goal, start, env.space)
-        self._record: StepRecord | None = None
+        self._env, self._ways = env, env.guide.ways
 
     @property
     def plan(self) -> GroundPlan:
         """The last plan."""
-        return self._guide.ways.plan
+        return self._ways.plan
 
     def ahead(self, position: FloatArray, distance: float) -> tuple[FloatArray, float]:
         """Point on the way from where the base is, at most 0.8 m ahead; see `Route.ahead`."""
-        view, T = self._view(), self._env.record.state.T_world_base
+        view, T = self._env.hints, self._env.record.state.T_world_base
         along = view[9:11] * min(distance / max(float(view[11]), 1e-9), 1.0)
         return T[:2, 3] + T[:2, :2] @ along, min(float(view[11]), distance)
 
     def cost(self, position: FloatArray) -> float:
         """Of the way from where the base is to the goal, as if all had been known [m]."""
-        return float(self._view()[12]) - self._guide.ways.surprises
+        return float(self._env.hints[12]) - self._ways.surprises
 
     def clearance(self, position: FloatArray) -> float:
         """Least distance of a base centre (2,) to known obstacles, seen from above [m]."""
@@ -67,13 +63,7 @@ class MappedRoute:
 
     def discourage(self, position: FloatArray) -> None:
         """Take a place (2,) [m] for blocked."""
-        self._guide.ways.avoid(position)
-
-    def _view(self) -> FloatArray:
-        if self._env.record is not self._record:
-            self._record = self._env.record
-            self._latest = self._guide.view(self._record.state.T_world_base)
-        return self._latest
+        self._ways.avoid(position)
 
 
 class MappedPlanner(OraclePlanner):

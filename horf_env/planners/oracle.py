@@ -14,7 +14,7 @@ import gymnasium as gym
 import numpy as np
 
 from horf_env.control import deviation, servo_twist
-from horf_env.perception import SeenSpace
+from horf_env.perception import Guide, SeenSpace
 from horf_env.planners.carrying import carrying_twist, posture_before
 from horf_env.planners.patience import Patience
 from horf_env.planners.route import Route
@@ -50,6 +50,8 @@ class KnownEnv(Protocol):
     record: StepRecord
     T_world_goal: FloatArray
     space: SeenSpace
+    guide: Guide
+    hints: FloatArray
     posture: FloatArray
 
 

@@ -195,3 +195,18 @@ def test_reward_is_the_sum_of_its_terms(scene_file):
     assert terms.follow == pytest.approx(0.0, abs=1e-6)
     assert terms.time == -0.05
     assert reward == pytest.approx(terms.deviation + terms.time + terms.follow + terms.collision)
+
+
+def test_one_guide_for_observations_and_planners():
+    env = gym.make("horf/Reach-v0", scene="room", guide=True, disable_env_checker=True)
+    observation, _ = env.reset(seed=0)
+    planner = PLANNERS["mapped"]()
+    planner.reset(env)
+    own = env.unwrapped.guide
+    for _ in range(3):
+        observation, *_ = env.step(planner.act(observation))
+        np.testing.assert_array_equal(observation["guide"], env.unwrapped.hints.astype(np.float32))
+    assert env.unwrapped.guide is own
+    env.reset(seed=0)
+    assert env.unwrapped.guide is not own
+    env.close()
