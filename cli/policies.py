@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from horf_env.residual import ADVICE, HOLD, Residual
+from horf_env.residual import ADVICE, Residual
 from horf_env.types import N_VELOCITIES, FloatArray
 
 from .algorithms import catalogue
@@ -60,15 +60,13 @@ class CorrectingPlanner(PolicyPlanner):
     def reset(self, env: Env) -> None:
         """Tell the planner that is corrected."""
         self._residual.reset(env)
-        self._held = 0
 
     def act(self, observation: dict[str, np.ndarray]) -> FloatArray:
-        """The planner's action with the mean correction of the policy."""
+        """The planner's action, with the mean correction of the policy where it gets no further."""
         advised = self._residual.advised(observation)
-        if self._held % HOLD == 0:
-            self._correction = super().act(advised)
-        self._held += 1
-        return self._residual.action(self._correction)
+        if self._residual.due:
+            self._residual.correct(super().act(advised))
+        return self._residual.action()
 
 
 def policy_planner(model: Predictor, env: EnvSettings) -> PolicyPlanner:

@@ -19,19 +19,19 @@ def plain(scene="doorway", **options):
 @pytest.mark.parametrize("name", ["hra", "mapped"])
 def test_without_corrections_the_planner_drives(name):
     alone, corrected = plain(), ResidualActions(plain(), name)
+    corrected.reset(seed=3)
+    found, reward, *_ = corrected.step(NOTHING)
     observation, _ = alone.reset(seed=3)
     planner = PLANNERS[name]()
     planner.reset(alone)
     total = 0.0
-    for _ in range(3 * HOLD):
-        observation, reward, *_ = alone.step(planner.act(observation))
-        total += float(reward)
-    corrected.reset(seed=3)
-    found, rewards = zip(*(corrected.step(NOTHING)[:2] for _ in range(3)), strict=True)
+    while alone.unwrapped.record.time < corrected.unwrapped.record.time:
+        observation, one, *_ = alone.step(planner.act(observation))
+        total += float(one)
     for key, part in observation.items():
-        np.testing.assert_array_equal(found[-1][key], part)
-    np.testing.assert_array_equal(found[-1]["advice"], planner.act(observation).astype(np.float32))
-    assert sum(rewards) == pytest.approx(total)
+        np.testing.assert_array_equal(found[key], part)
+    np.testing.assert_array_equal(found["advice"], planner.act(observation).astype(np.float32))
+    assert reward == pytest.approx(total)
     alone.close()
     corrected.close()
 
@@ -42,17 +42,43 @@ def test_keeps_to_the_contract_of_environments():
     env.close()
 
 
-def test_corrections_cover_their_share_and_fade_at_the_goal():
+def held(residual, observation, steps=61):
+    """Advice in an environment that does not move."""
+    for _ in range(steps):
+        advice = residual.advised(observation)["advice"]
+    return advice
+
+
+def test_corrections_count_where_the_planner_gets_no_further():
     env, residual = plain(), Residual("hra")
     observation, _ = env.reset(seed=0)
     residual.reset(env)
-    advice = residual.advised(observation)["advice"]
-    np.testing.assert_allclose(
-        residual.action(ALL), np.clip(advice + SHARE, -1.0, 1.0), rtol=0, atol=1e-6
-    )
+    residual.correct(ALL)
+    advice = held(residual, observation, 60)
+    np.testing.assert_allclose(residual.action(), advice, atol=1e-6)
+    advice = held(residual, observation, 1)
+    np.testing.assert_allclose(residual.action(), np.clip(advice + SHARE, -1.0, 1.0), atol=1e-6)
     observation["deviation"] = np.full(6, 1e-3, np.float32)
-    advice = residual.advised(observation)["advice"]
-    assert 0.0 < np.abs(residual.action(ALL) - advice).max() < 0.01
+    advice = held(residual, observation, 1)
+    assert 0.0 < np.abs(residual.action() - advice).max() < 0.01
+    env.close()
+
+
+def test_a_correction_lasts_and_is_due_only_where_the_planner_is_held():
+    env, residual = plain(), Residual("hra")
+    observation, _ = env.reset(seed=0)
+    residual.reset(env)
+    for _ in range(61):
+        assert not residual.due
+        residual.advised(observation)
+        residual.action()
+    assert residual.due
+    residual.correct(ALL)
+    for _ in range(HOLD):
+        assert not residual.due
+        residual.advised(observation)
+        residual.action()
+    assert residual.due
     env.close()
 
 
@@ -67,15 +93,12 @@ def test_a_correction_costs_its_square(monkeypatch):
     assert rewards[0] - rewards[1] == pytest.approx(6 * 0.25 * EFFORT)
 
 
-def test_an_episode_ends_within_a_correction(scene_file):
+def test_a_step_lasts_until_a_correction_is_due_or_the_episode_ends(scene_file):
     env = ResidualActions(plain(scene_file(goal=(0.75, 0.05, 0.75))), "hra")
     env.reset(seed=0)
-    done, decisions = False, 0
-    while not done:
-        *_, terminated, truncated, info = env.step(NOTHING)
-        done, decisions = terminated or truncated, decisions + 1
+    *_, terminated, _, info = env.step(NOTHING)
+    assert terminated
     assert info["is_success"]
-    assert 0 < info["execution_time"] <= decisions * HOLD * 0.05
     env.close()
 
 
