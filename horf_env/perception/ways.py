@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from horf_env.perception.descent import descend
 from horf_env.perception.sweeping import BASE_EASE, crossing_costs, sweep
-from horf_env.robot.footprint import BASE_HEIGHT, CARRIED_HEIGHT
+from horf_env.robot.footprint import CARRIED_HEIGHT, GUARDED_HEIGHT
 from horf_env.types import BoolArray, FloatArray, IntArray
 
 CELL: Final = 0.05
@@ -266,7 +266,7 @@ def _remember(
         i = int(np.floor(points[k, 0] / CELL)) - corner[0]
         j = int(np.floor(points[k, 1] / CELL)) - corner[1]
         if 0 <= i < rows and 0 <= j < columns and points[k, 2] < CARRIED_HEIGHT:
-            if points[k, 2] < BASE_HEIGHT:
+            if points[k, 2] < GUARDED_HEIGHT:
                 low[i, j] = True
             else:
                 high[i, j] = True

@@ -12,7 +12,7 @@ from numba import njit
 
 from horf_env.control import ControlPreset
 from horf_env.control.avoidance import allowed_approach
-from horf_env.robot.footprint import BASE_HEIGHT, FOOTPRINT
+from horf_env.robot.footprint import FOOTPRINT, GUARDED_HEIGHT
 from horf_env.task import STEP
 from horf_env.types import FloatArray
 
@@ -41,7 +41,7 @@ def allowed_motion(
         Speed between 0 and the one asked for [m/s], and turn [rad/s]; both as they were asked for
         where nothing is allowed, not even to stand: then the QP pushes the base out.
     """
-    low = points[points[:, 2] < BASE_HEIGHT + _MARGIN]
+    low = points[points[:, 2] < GUARDED_HEIGHT]
     near = ((low - T_world_base[:3, 3]) @ T_world_base[:3, :3])[:, :2]
     near = near[(np.abs(near) < _NEAR).all(axis=1)]
     rows = _rows(near, FOOTPRINT, _MARGIN, _GAIN, braking, STEP)

@@ -26,7 +26,7 @@ _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
 _GIVING_WAY = 0.3  # m/s
 _ROOMY = 0.8  # m; with less to the next obstacle the base is no disc any more
 _CAUTION = 0.05  # m of clearance that it takes off when it chooses its speed there
-_PRESUMED = 0.0  # m behind surfaces; see `MappedPlanner`
+_PRESUMED = 0.3  # m behind surfaces, while the arm reaches; see `MappedPlanner`
 
 
 class MappedRoute:
@@ -69,8 +69,9 @@ class MappedRoute:
 class MappedPlanner(OraclePlanner):
     """Shortest way on the own map, then the oracle's approach.
 
-    It has the map presume nothing behind surfaces: for somebody who plans ways around them that
-    closes more than it guards.
+    While it drives it has the map presume nothing behind surfaces: for somebody who plans ways
+    around them that closes more than it guards. An arm that reaches swings around things whose
+    other sides nobody has seen.
     """
 
     def __init__(self, carry: FloatArray = ARM_TUCKED) -> None:
@@ -90,7 +91,7 @@ class MappedPlanner(OraclePlanner):
         """See `Planner`."""
         action = super().act(observation)
         assert self._env is not None
-        self._env.space.presume(_PRESUMED)
+        self._env.space.presume(0.0 if self._carries else _PRESUMED)
         return action
 
     def _plan(self, env: KnownEnv) -> MappedRoute:

@@ -9,7 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from horf_env.perception.sweeping import COMFORT, NARROW_COST
-from horf_env.robot.footprint import BASE_HEIGHT, CARRIED_HEIGHT
+from horf_env.robot.footprint import CARRIED_HEIGHT, GUARDED_HEIGHT
 from horf_env.robot.reachability import standing_cost
 from horf_env.scenes.distance import outline_distance
 from horf_env.scenes.scene import Box, Cylinder, Scene
@@ -41,8 +41,8 @@ class Route:
         self._shape = tuple(np.ceil((np.ptp(marks, axis=0) + 2 * _BORDER) / _CELL).astype(int))
         ij = np.stack(np.meshgrid(*map(np.arange, self._shape), indexing="ij"), axis=-1)
         self._points = self._lower + _CELL * ij.reshape(-1, 2)
-        self._base = _gaps(scene, self._points, 0.0, BASE_HEIGHT + 0.05)
-        self._arm = _gaps(scene, self._points, BASE_HEIGHT + 0.05, CARRIED_HEIGHT)
+        self._base = _gaps(scene, self._points, 0.0, GUARDED_HEIGHT)
+        self._arm = _gaps(scene, self._points, GUARDED_HEIGHT, CARRIED_HEIGHT)
         clear = self._base > _STAND_CLEARANCE
         self._stands = np.where(clear, standing_cost(goal, self._points), np.inf)
         self._discouraged = np.zeros(len(self._points))

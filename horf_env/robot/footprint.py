@@ -9,5 +9,8 @@ camera on its front."""
 BASE_HEIGHT = 0.38
 """Height of the LD-60's body [m]."""
 
+GUARDED_HEIGHT = BASE_HEIGHT + 0.05
+"""What hangs lower [m] the action layer keeps off the base: its height and the margin."""
+
 CARRIED_HEIGHT = 1.15
 """What hangs higher [m] is above the arm in its ready pose."""

@@ -81,6 +81,12 @@ def test_what_hangs_above_the_arm_is_passed_under():
     np.testing.assert_array_equal(under, free)
 
 
+def test_what_hangs_lower_than_the_margin_above_the_base_is_gone_around():
+    hanging = guide_to(goal(8.0, 0.0), wall(1.0, -0.5, 3.0, z=0.4)).view(base())
+    standing = guide_to(goal(8.0, 0.0), wall(1.0, -0.5, 3.0)).view(base())
+    np.testing.assert_array_equal(hanging, standing)
+
+
 def test_ends_where_the_arm_reaches_the_goal():
     guide, pose = guide_to(goal(1.5, 0.0)), base()
     for _ in range(20):

@@ -57,12 +57,15 @@ def test_turns_on_the_spot_or_on_a_wide_bend_where_there_is_room():
     assert np.quantile(turn[driving] / forward[driving], 0.9) < 1.0
 
 
-def test_carries_the_arm_tucked_and_reaches_from_the_ready_pose():
+def test_carries_the_arm_tucked_and_reaches_from_the_ready_pose(monkeypatch):
+    """While it reaches it has the map presume more."""
     env = gym.make("horf/Reach-v0", scene="aisle", perception="camera")
     planner = MappedPlanner()
     observation, info = env.reset(seed=0, options={"instance": 0, "split": "validation"})
     planner.reset(env)
     np.testing.assert_array_equal(env.unwrapped.posture, ARM_READY)
+    told: list[float] = []
+    monkeypatch.setattr(env.unwrapped.space, "presume", told.append)
     postures, done = [], False
     while not done:
         observation, _, terminated, truncated, info = env.step(planner.act(observation))
@@ -71,6 +74,7 @@ def test_carries_the_arm_tucked_and_reaches_from_the_ready_pose():
     assert info["is_success"]
     np.testing.assert_array_equal(postures[0], ARM_TUCKED)
     np.testing.assert_array_equal(postures[-1], ARM_READY)
+    assert (told[0], told[-1]) == (0.0, 0.3)
     env.reset(seed=0)
     np.testing.assert_array_equal(env.unwrapped.posture, ARM_READY)
     env.close()
