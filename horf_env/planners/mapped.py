@@ -26,7 +26,7 @@ _SHARP, _STANDING = 1.0, 0.15  # rad/s, m/s; a sharper turn is done standing
 _GIVING_WAY = 0.3  # m/s
 _ROOMY = 0.8  # m; with less to the next obstacle the base is no disc any more
 _CAUTION = 0.05  # m of clearance that it takes off when it chooses its speed there
-_PRESUMED = 0.3  # m behind surfaces, while the arm reaches; see `MappedPlanner`
+_PRESUMED = 0.3  # m behind surfaces, while it turns to the goal; see `MappedPlanner`
 
 
 class MappedRoute:
@@ -69,9 +69,9 @@ class MappedRoute:
 class MappedPlanner(OraclePlanner):
     """Shortest way on the own map, then the oracle's approach.
 
-    While it drives it has the map presume nothing behind surfaces: for somebody who plans ways
-    around them that closes more than it guards. An arm that reaches swings around things whose
-    other sides nobody has seen.
+    It has the map presume nothing behind surfaces: for somebody who plans ways around them that
+    closes more than it guards. Only where it turns to the goal the arm, as it unfolds, swings
+    around things whose other sides nobody has seen.
     """
 
     def __init__(self, carry: FloatArray = ARM_TUCKED) -> None:
@@ -91,7 +91,7 @@ class MappedPlanner(OraclePlanner):
         """See `Planner`."""
         action = super().act(observation)
         assert self._env is not None
-        self._env.space.presume(0.0 if self._carries else _PRESUMED)
+        self._env.space.presume(_PRESUMED if self._stage == "turn" else 0.0)
         return action
 
     def _plan(self, env: KnownEnv) -> MappedRoute:

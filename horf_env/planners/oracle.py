@@ -106,13 +106,8 @@ class OraclePlanner:
         """
         action = self._action(patient=True)
         assert self._env is not None
-        self._env.posture = self._posture if self._carries else ARM_READY
+        self._env.posture = self._posture if self._stage in _CARRYING else ARM_READY
         return action
-
-    @property
-    def _carries(self) -> bool:
-        """Whether the arm is carried, and does not reach."""
-        return self._stage in _CARRYING
 
     def advise(self) -> FloatArray:
         """What it would do now, while somebody else drives: it does not lose patience.

@@ -58,7 +58,7 @@ def test_turns_on_the_spot_or_on_a_wide_bend_where_there_is_room():
 
 
 def test_carries_the_arm_tucked_and_reaches_from_the_ready_pose(monkeypatch):
-    """While it reaches it has the map presume more."""
+    """As it turns to the goal in between it has the map presume more."""
     env = gym.make("horf/Reach-v0", scene="aisle", perception="camera")
     planner = MappedPlanner()
     observation, info = env.reset(seed=0, options={"instance": 0, "split": "validation"})
@@ -74,7 +74,8 @@ def test_carries_the_arm_tucked_and_reaches_from_the_ready_pose(monkeypatch):
     assert info["is_success"]
     np.testing.assert_array_equal(postures[0], ARM_TUCKED)
     np.testing.assert_array_equal(postures[-1], ARM_READY)
-    assert (told[0], told[-1]) == (0.0, 0.3)
+    assert told[0] == told[-1] == 0.0
+    assert 0.3 in told
     env.reset(seed=0)
     np.testing.assert_array_equal(env.unwrapped.posture, ARM_READY)
     env.close()
