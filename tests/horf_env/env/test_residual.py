@@ -42,7 +42,7 @@ def test_keeps_to_the_contract_of_environments():
     env.close()
 
 
-def held(residual, observation, steps=61):
+def held(residual, observation, steps):
     """Advice in an environment that does not move."""
     for _ in range(steps):
         advice = residual.advised(observation)["advice"]

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from horf_env.control import ControlPreset
 from horf_env.control.avoidance import allowed_approach
 from horf_env.planners.allowed_motion import allowed_motion
-from horf_env.robot.footprint import FOOTPRINT
+from horf_env.robot.footprint import BASE_HEIGHT, FOOTPRINT, GUARDED_HEIGHT
 
 BRAKING = 0.5
 FRONT, SIDE = FOOTPRINT[1], FOOTPRINT[3]
@@ -64,6 +65,10 @@ def test_sees_points_from_where_the_base_stands():
     points = at(FRONT + 0.15, 0.05)
     moved = points @ pose[:3, :3].T + pose[:3, 3]
     np.testing.assert_allclose(allowed(moved, 1.0, 0.3, pose), allowed(points, 1.0, 0.3))
+
+
+def test_what_is_kept_off_the_base_is_its_height_and_the_margin_of_the_qp():
+    assert pytest.approx(BASE_HEIGHT + ControlPreset.margin) == GUARDED_HEIGHT
 
 
 numbers = st.floats(-1.5, 1.5)
