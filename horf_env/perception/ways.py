@@ -9,6 +9,7 @@ from numba import njit
 from scipy.ndimage import distance_transform_edt
 
 from horf_env.perception.descent import descend
+from horf_env.perception.enclosed import enclosed
 from horf_env.perception.sweeping import BASE_EASE, crossing_costs, sweep
 from horf_env.robot.footprint import CARRIED_HEIGHT, GUARDED_HEIGHT
 from horf_env.types import BoolArray, FloatArray, IntArray
@@ -30,6 +31,7 @@ _UNSEEN = 2.0
 # Ground so near to an obstacle that nobody has seen is taken for a part of it: bases hit sides that
 # they had not looked at. With 0.35 m gaps close that are open.
 _HIDDEN = 0.25  # m
+_INSIDE = 0.7  # m; so near to seen sides it is, where they enclose it
 _SIGHT = 5.1  # m around the base, that of the camera
 _HEIGHTS = (0.025, 0.175, 0.325)  # m; ground counts as seen if one of these was, over it
 _UNDER = 0.27  # m; the ground under the base
@@ -164,10 +166,11 @@ class GroundWays:
         )
 
     def _obstacles(self, part: tuple[slice, slice]) -> BoolArray:
-        """Where the base cannot go: what was seen, its hidden sides, and what it keeps off."""
-        low = self._low[part]
-        hidden = ~self._seen[part] & (_distance(low) < _HIDDEN)
-        return low | hidden | self._avoided[part]
+        """Where the base cannot go: what was seen, what that hides, and what it keeps off."""
+        low, unseen = self._low[part], ~self._seen[part]
+        away = _distance(low)
+        inside = enclosed(low, unseen & (away < _INSIDE), round(_INSIDE / CELL))
+        return low | unseen & (away < _HIDDEN) | inside | self._avoided[part]
 
     def _ends(self, first: IntArray, low: FloatArray) -> FloatArray:
         """Cost of ending a way in the cells of the part that begins with cell `first`."""
