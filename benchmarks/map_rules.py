@@ -52,7 +52,6 @@ def _images() -> dict[str, Run]:
 RUNS: dict[str, Run] = {
     "default": Run(),
     "no_fill_above": _map(fill_above=False),
-    "no_solid": _map(solid=0.0),
     "no_fill_behind": _map(fill_behind=0.0),
     "fill_far_behind": _map(fill_behind=0.3),
     "no_free_goal": _map(free_goal=False),

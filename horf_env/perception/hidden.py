@@ -3,8 +3,7 @@
 An obstacle is thicker than its visible surface and stands on what is below it. Space that no ray
 has passed, right above a seen surface or a little behind it, is therefore taken as occupied
 (not in the paper). Other unseen space is not: taking all of it froze the robot. What is seen
-from below, a table top, hangs: it is taken for a plate with nothing on it but what was seen. If a
-side of it was seen, too, as of a box that hangs, it is as high as that side.
+from below, a table top, hangs: it is taken for a plate with nothing on it but what was seen.
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ class HiddenSpace(NamedTuple):
 
     Attributes:
         unseen: Layers that nobody has looked at; none on the border.
-        over: Those of them that are above a surface that hangs, without a gap.
         filled: Layers that are occupied or taken as such.
         grown: The same after one more step.
         around: Layers that surround occupied ones, grown in all directions.
@@ -35,7 +33,6 @@ class HiddenSpace(NamedTuple):
     """
 
     unseen: np.ndarray
-    over: np.ndarray
     filled: np.ndarray
     grown: np.ndarray
     around: np.ndarray
@@ -60,7 +57,6 @@ def obstacle_points(
     body_layers: np.uint64,
     above: bool,
     plate: int,
-    solid: int,
     behind: int,
     out: FloatArray,
 ) -> FloatArray:
@@ -75,8 +71,6 @@ def obstacle_points(
         body_layers: Bits of the layers that are free where the base has stood.
         above: Whether all that is unseen right above an occupied voxel counts.
         plate: How far, in voxels, it counts above one that hangs.
-        solid: How far, in voxels, from a seen side the space above one that hangs counts up to the
-            height of that side.
         behind: How far, in voxels, unseen space behind an occupied voxel counts.
         out: Work space for the points, shape (M, 3), m.
 
@@ -84,9 +78,7 @@ def obstacle_points(
         Shape (N, 3), m.
     """
     found = near_points(grid, middle[0], middle[1], radii[0], radii[1], out)
-    found = _append_hidden(
-        grid, space, middle, body_layers, above, plate, solid, behind, out, found
-    )
+    found = _append_hidden(grid, space, middle, body_layers, above, plate, behind, out, found)
     return out[:found].copy()
 
 
@@ -98,7 +90,6 @@ def _append_hidden(
     body_layers: np.uint64,
     above: bool,
     plate: int,
-    solid: int,
     behind: int,
     out: FloatArray,
     found: int,
@@ -108,7 +99,6 @@ def _append_hidden(
     first_x = int(np.floor(middle[0] / size)) - side // 2
     first_y = int(np.floor(middle[1] / size)) - side // 2
     _load(grid, space, first_x, first_y, body_layers, above, plate)
-    _fill_solids(space.over.ravel(), space.filled.ravel(), space.grown.ravel(), side + 2, solid)
     unseen, filled, grown = space.unseen, space.filled, space.grown
     around, wider = space.around, space.wider
     around[:] = filled
@@ -149,22 +139,20 @@ def _load(
     """Copy the area into the work space and fill upwards."""
     n, side = len(grid.seen), len(space.unseen) - 2
     grid_seen, grid_occupied = grid.seen, grid.occupied
-    space_unseen, space_over, filled = space.unseen, space.over, space.filled
+    space_unseen, filled = space.unseen, space.filled
     all_layers = ~np.uint64(0) >> np.uint64(64 - grid.place.shape[2])
     for i in range(side):
         x, unseen, fill = wrapped(first_x + i, n), space_unseen[i + 1, 1:], filled[i + 1, 1:]
-        over = space_over[i + 1, 1:]
         for j in range(side):
             y = wrapped(first_y + j, n)
             seen, occupied = grid_seen[x, y], grid_occupied[x, y]
             if seen & COVERED:
                 seen |= body_layers
             unseen[j] = ~(seen | occupied) & all_layers
-            fill[j], over[j] = occupied, 0
+            fill[j] = occupied
         if above:
             for j in range(side):
                 if fill[j]:  # most columns are empty
-                    over[j] = _over(fill[j], unseen[j])
                     fill[j] = _filled_upwards(fill[j], unseen[j], plate)
 
 
@@ -196,37 +184,6 @@ def _filled_upwards(occupied: np.uint64, unseen: np.uint64, plate: int) -> np.ui
     for _ in range(plate):
         hanging |= hanging << BIT & unseen
     return occupied | hanging | (unseen & ~carried)
-
-
-@njit(cache=True)
-def _over(occupied: np.uint64, unseen: np.uint64) -> np.uint64:
-    """The runs of unseen bits right above those that hang."""
-    hanging = _hanging(occupied, ~(occupied | unseen))
-    return unseen & ~(unseen + (unseen & hanging << BIT))
-
-
-@njit(cache=True)
-def _fill_solids(
-    over: np.ndarray, filled: np.ndarray, new: np.ndarray, width: int, steps: int
-) -> None:
-    """Fill the columns above what hangs with the layers that are filled in a column beside."""
-    own, may, more = filled[width:], over[width:-width], new[width:]
-    left, right, before, after = (
-        filled,
-        filled[2 * width :],
-        filled[width - 1 :],
-        filled[width + 1 :],
-    )
-    for _ in range(steps):
-        changed = np.uint64(0)
-        for k in range(len(may)):
-            beside = left[k] | right[k] | before[k] | after[k]
-            more[k] = may[k] & beside & ~own[k]
-            changed |= more[k]
-        if changed == 0:
-            return
-        for k in range(len(may)):
-            own[k] |= more[k]
 
 
 @njit(cache=True)

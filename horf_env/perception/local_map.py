@@ -39,8 +39,6 @@ class MapSettings:
         fill_above: Whether unseen space right above an occupied voxel counts as occupied.
         plate: How far this reaches above what hangs [m], such as a table top: thicker things show
             their sides. inf to treat it as what stands.
-        solid: How far from a side that was seen a thicker thing that hangs reaches in [m]: above
-            its lower side it is filled up to the height of that side.
         fill_behind: How far unseen space behind an occupied voxel counts as occupied [m]. More
             closes ways that are free, less hits sides that nobody has seen.
         free_goal: Whether the space of the hand at the goal counts as seen, see `goal_space`.
@@ -60,7 +58,6 @@ class MapSettings:
     carving: bool = True
     fill_above: bool = True
     plate: float = 0.1
-    solid: float = 0.4
     fill_behind: float = 0.15
     free_goal: bool = True
     guard_unseen_ground: bool = True
@@ -77,7 +74,7 @@ class MapSettings:
         """
         check_positive(self, "voxel", "near", "far")
         check_unbounded(self, "history", "plate")
-        check_not_negative(self, "solid", "fill_behind", "start_radius", "grace")
+        check_not_negative(self, "fill_behind", "start_radius", "grace")
 
     def make(self) -> LocalMap:
         """An empty map."""
@@ -101,7 +98,6 @@ class LocalMap:
         self._ground = np.empty((side**2, 2))
         self._space = hidden_space(2 * round(settings.near / settings.voxel))
         self._plate = round(min(settings.plate / settings.voxel, settings.layers))
-        self._solid = round(settings.solid / settings.voxel)
         self._grace = round(settings.grace / settings.voxel)
         self._make_grid()
 
@@ -162,7 +158,6 @@ class LocalMap:
                 self._body_layers,
                 s.fill_above,
                 self._plate,
-                self._solid,
                 self._behind,
                 self._points,
             )

@@ -70,7 +70,6 @@ def test_each_rule_of_the_map_is_off_in_one_run_alone(safety):
             changed[name] = {field for field, _ in fields}
     assert changed == {
         "no_fill_above": {"fill_above"},
-        "no_solid": {"solid"},
         "no_fill_behind": {"fill_behind"},
         "fill_far_behind": {"fill_behind"},
         "no_free_goal": {"free_goal"},

@@ -182,18 +182,6 @@ def test_what_hangs_is_taken_for_a_plate(plate, low, high):
     assert low < over[:, 2].max() <= high
 
 
-@pytest.mark.parametrize(("solid", "reach"), [(0.0, 0.0), (0.1, 0.1), (0.2, 0.2), (0.8, 0.3)])
-def test_what_hangs_is_as_high_as_its_seen_side_so_far_from_it(solid, reach):
-    """A box, 0.3 m deep, whose front and lower side were seen from ahead."""
-    box, wall = Box((1.45, 0.0, 0.9), (0.15, 0.6, 0.3), 0.0), Box((3, 0, 1), (0.1, 3, 1), 0.0)
-    settings = MapSettings(fill_behind=0.0, solid=solid)
-    looker = Looker(scene([box, wall]), settings, model=CameraModel())
-    for x in np.linspace(-0.3, 0.4, 15):
-        points = looker.look(base(x))
-    high = points[(points[:, 2] > 0.9) & (np.abs(points[:, 1]) < 0.2) & (points[:, 0] < 2.5)]
-    assert high[:, 0].max() - 1.3 == pytest.approx(reach, abs=0.06)
-
-
 @pytest.mark.parametrize("depth", [0.0, 0.15, 0.3])
 def test_unseen_space_behind_a_surface_counts_as_occupied_so_far(depth):
     low = Box((1.2, 0.0, 0.15), (0.4, 0.4, 0.15), 0.0)  # its top, 0.3 m, is below the camera
@@ -289,7 +277,6 @@ def test_reset_forgets_everything():
         {"grace": np.inf},
         {"fill_behind": -0.1},
         {"plate": np.nan},
-        {"solid": -0.1},
     ],
 )
 def test_impossible_settings_are_refused(wrong):
