@@ -13,6 +13,7 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -78,11 +79,11 @@ def measure(transitions: int) -> dict[str, dict[str, float]]:
     added = dict.fromkeys(buffers, 0.0)
     for transition in stream(transitions):
         for name, buffer in buffers.items():
-            added[name] += cpu_time(lambda b=buffer, t=transition: b.add(*t))
+            added[name] += cpu_time(partial(buffer.add, *transition))
     sampled: dict[str, list[float]] = {name: [] for name in buffers}
     for _ in range(SAMPLES):
         for name, buffer in buffers.items():
-            sampled[name].append(cpu_time(lambda b=buffer: b.sample(BATCH)))
+            sampled[name].append(cpu_time(partial(buffer.sample, BATCH)))
     ratios = np.array(sampled["frame_stack"]) / np.array(sampled["dict"])
     return {
         name: {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -47,8 +48,8 @@ def episode_states(
     rng = np.random.default_rng(seed)
     for scene in SCENES:
         env = gym.make("horf/Reach-v0", scene=scene, perception=perception)
-        layer = Listening(env.unwrapped._layer)
-        env.unwrapped._layer = layer
+        inner: Any = env.unwrapped
+        inner._layer = layer = Listening(inner._layer)
         for k in range(-(-count // (len(SCENES) * _STEPS_AN_EPISODE))):
             yield from _episode(env, layer, rng, seed=seed + k)
         env.close()

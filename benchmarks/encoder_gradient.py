@@ -56,7 +56,8 @@ class Evaluation(BaseCallback):
         """Success, collision and return of one instance."""
         options = {"instance": instance, "split": "validation"}
         observation, _ = self.env.reset(seed=0, options=options)
-        total, over, info = 0.0, False, {}
+        info: dict[str, Any] = {}
+        total, over = 0.0, False
         while not over:
             action, _ = self.model.predict(observation, deterministic=True)
             observation, reward, terminated, truncated, info = self.env.step(action)

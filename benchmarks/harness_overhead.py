@@ -102,7 +102,7 @@ def main() -> None:
     for _ in range(arguments.repeats):
         for name, run in (("bare", bare), ("harness", harness)):
             begin = time.process_time()
-            parts = run(config) or parts  # type: ignore[func-returns-value]
+            parts = run(config) or parts
             seconds[name].append(time.process_time() - begin)
     medians = {name: statistics.median(values) for name, values in seconds.items()}
     result = {

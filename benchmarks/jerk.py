@@ -51,7 +51,8 @@ def velocities(env: gym.Env[Any, Any], instance: int, steps: int) -> Episode:
     planner = PLANNERS["hra"]()
     observation, _ = env.reset(seed=instance, options={"instance": instance, "split": "validation"})
     planner.reset(env)
-    commanded, info, done = [np.zeros(9)], {}, False
+    info: dict[str, Any] = {}
+    commanded, done = [np.zeros(9)], False
     while not done and len(commanded) <= steps:
         observation, _, terminated, truncated, info = env.step(planner.act(observation))
         commanded.append(env.unwrapped.record.command.velocity)  # type: ignore[attr-defined]

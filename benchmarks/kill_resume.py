@@ -18,7 +18,9 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import pyarrow as pa
 import pyarrow.compute as pc
 import safetensors.torch
 import torch as th
@@ -105,9 +107,11 @@ def _ends_within(process: subprocess.Popen[bytes], seconds: float) -> bool:
     return True
 
 
-def rows(table: object, names: list[str]) -> list[object]:
+def rows(table: pa.Table, names: list[str]) -> list[dict[str, Any]]:
     """Rows without wall times."""
-    return table.drop_columns([n for n in names if n in table.column_names]).to_pylist()  # type: ignore[attr-defined]
+    kept = [name for name in table.column_names if name not in names]
+    counted: list[dict[str, Any]] = table.select(kept).to_pylist()
+    return counted
 
 
 def compare(a: Path, b: Path) -> dict[str, bool]:

@@ -16,6 +16,7 @@ import itertools
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from safety import Run, perform, read
@@ -32,11 +33,11 @@ _FRAMES = 5  # the paper's
 _IMAGES = ((32, 24), (64, 48), (96, 72))  # pixels; the default's is the first run
 
 
-def _map(**changes: float) -> Run:
+def _map(**changes: Any) -> Run:
     return Run({"memory": replace(MapSettings(), **changes)})
 
 
-def _control(**changes: bool) -> Run:
+def _control(**changes: Any) -> Run:
     return Run({"control": replace(PRESETS["default"], **changes)})
 
 

@@ -55,7 +55,7 @@ class Tally:
         self.statuses[solution.status] = self.statuses.get(solution.status, 0) + 1
         self.conflicts += bool(solution.violated_rows)
         parts = qp._parts(tick)
-        self.times.setdefault("solve", []).append(timed(solved, *parts)[1])
+        self.times.setdefault("solve", []).append(timed(lambda: solved(*parts))[1])
         reduced = reduced_qp(*parts)
         for solver in (DaqpSolver(), PiqpSolver()):
             name = f"{type(solver).__name__}, 10 variables"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import gymnasium as gym
 import numpy as np
 
 import horf_env  # noqa: F401  registers the environment
 from horf_env.planners import PLANNERS
+from horf_env.planners.oracle import KnownEnv
 from horf_env.robot import RobotState
 from horf_env.types import FloatArray
 
@@ -51,11 +53,12 @@ def _episode(
 ) -> list[Sample]:
     env = gym.make("horf/Reach-v0", scene=scene, perception=perception, disable_env_checker=True)
     observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
+    inner = cast(KnownEnv, env.unwrapped)
     planner, samples = PLANNERS["hra"](), []
     planner.reset(env)
     for k in range(1, steps + 1):
         observation, _, terminated, truncated, info = env.step(planner.act(observation))
-        record = env.unwrapped.record
+        record = inner.record
         if k % _EVERY == 0 and len(record.points):
             n = len(record.points)
             chosen = rng.choice(n, n_points, replace=n < n_points)

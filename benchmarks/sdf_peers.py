@@ -44,7 +44,8 @@ class BernsteinField:
         inside = unit.clamp(0.0, 1.0)
         beyond = ((unit - inside) * self._size).norm(dim=-1)
         distance = (_basis(inside) @ self._weights)[..., 0] + beyond
-        return distance.min(dim=1).values
+        least: torch.Tensor = distance.min(dim=1).values
+        return least
 
 
 def _basis(unit: torch.Tensor) -> torch.Tensor:
@@ -67,10 +68,11 @@ def brute_force(
     parts: tuple[tuple[ConvexPart, ...], ...], points: FloatArray, poses: FloatArray
 ) -> FloatArray:
     """Least unsigned distance of each body by libigl, shape (B,)."""
-    least = np.full(len(parts), np.inf)
+    least: FloatArray = np.full(len(parts), np.inf)
     for k, body in enumerate(parts):
         local = (points - poses[k, :3, 3]) @ poses[k, :3, :3]
         for part in body:
             squared, _, _ = igl.point_mesh_squared_distance(local, part.vertices, part.faces)
             least[k] = min(least[k], squared.min())
-    return np.sqrt(least)
+    distances: FloatArray = np.sqrt(least)
+    return distances

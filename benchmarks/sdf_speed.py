@@ -13,6 +13,7 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -37,7 +38,12 @@ def queries(samples: list[Sample]) -> dict[str, Callable[[Sample], object]]:
     sdf = RobotSdf.load(robot)
     boxes = body_geometry(parts).boxes
     bernstein = BernsteinField(sdf, boxes)
-    options = {"count": 8, "spacing": _SPACING, "cutoff": _CUTOFF, "braking": _BRAKING}
+    options: dict[str, Any] = {
+        "count": 8,
+        "spacing": _SPACING,
+        "cutoff": _CUTOFF,
+        "braking": _BRAKING,
+    }
     return {
         OWN[0]: lambda s: sdf.query(s.points, s.state.configuration),
         "distances alone (state given)": lambda s: sdf.witnesses(

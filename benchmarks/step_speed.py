@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -39,7 +40,8 @@ def measure(scene: str, steps: int) -> dict[str, float]:
     planner = PLANNERS["hra"]()
     observation, _ = env.reset(seed=0, options={"instance": 0, "split": "validation"})
     planner.reset(env)
-    world = env.unwrapped._world
+    inner: Any = env.unwrapped
+    world = inner._world
     world.render_rgb(width=64, height=48)
     step_times, frame_times = [], []
     for k in range(steps):

@@ -17,6 +17,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -173,7 +174,7 @@ def compare(case: Case, rounds: int, calls: int, precision: str) -> dict[str, An
     times: dict[str, list[float]] = {name: [] for name in models}
     for _ in range(rounds):
         for name in models:
-            times[name].append(milliseconds(lambda n=name: work(n), steps))
+            times[name].append(milliseconds(partial(work, name), steps))
     sac = np.array(times["sac"])
     return {
         "median_ms": {name: float(np.median(t)) for name, t in times.items()},

@@ -38,7 +38,7 @@ def gradient_errors(
     for _ in range(states):
         arm = rng.uniform(limits.arm_lower, limits.arm_upper)
         q = np.concatenate([rng.uniform(-1.0, 1.0, 3), arm])
-        points = rng.uniform(*_BOX, (_CLOUD, 3))
+        points = rng.uniform(_BOX[0], _BOX[1], (_CLOUD, 3))
         found = sdf.query(points, q)
         nearest = points[found.point_index]
         poses = robot.link_poses(q)

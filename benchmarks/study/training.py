@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
@@ -39,7 +39,7 @@ def train(run: Run) -> tuple[list[Row], str]:
     model.set_logger(configure(None, []))
     try:
         # Nothing is dumped, so the logger keeps what the last call of train() recorded.
-        model.learn(run.task.steps, watch, log_interval=None)
+        model.learn(run.task.steps, watch, log_interval=None)  # type: ignore[arg-type]
     except (ValueError, ArithmeticError) as error:
         return watch.rows, f"stopped at step {model.num_timesteps}: {error}"
     watch.look()
@@ -89,7 +89,7 @@ class Watch(BaseCallback):
         rewards, _ = evaluate_policy(
             self.model, self._env, self._task.episodes, return_episode_rewards=True
         )
-        return rewards
+        return cast("list[float]", rewards)  # one an episode, as asked for
 
     def _bias(self) -> Row:
         """Bias of Q, for algorithms that have one."""
