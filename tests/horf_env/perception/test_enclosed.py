@@ -47,7 +47,9 @@ def test_sides_that_are_too_far_away_enclose_nothing():
 
 
 def test_ground_that_was_seen_ends_what_is_enclosed():
-    unseen = UNSEEN & ~cells((14, 14, 0, 29))
-    found = enclosed(cells(FIRST), unseen, 14) | enclosed(cells(LAST), unseen, 14)
+    across = cells((14, 14, 0, 29))
+    behind = cells((15, 19, 10, 14))
+    assert enclosed(cells(FIRST, LAST), UNSEEN, 14)[behind].all()
+    found = enclosed(cells(FIRST, LAST), UNSEEN & ~across, 14)
     assert found.any()
-    assert not enclosed(cells(FIRST, LAST), unseen, 14)[15:, :10].any()
+    assert not found[behind | across].any()
