@@ -58,6 +58,8 @@ def _frames(
         client = _connected(url)
         try:
             client.open([str(path.resolve()) for path in paths])
+            client.set_time(TIME_TIMELINE, duration=times[0], play_state="paused")
+            _rest(client)
             for moment in times:
                 client.set_time(TIME_TIMELINE, duration=moment, play_state="paused")
                 yield client.take_screenshot()
@@ -77,6 +79,15 @@ def _connected(url: str) -> Any:
             return client
         time.sleep(0.2)
     raise CliError(f"the headless viewer does not answer; {_CURE}")
+
+
+def _rest(client: Any) -> None:
+    """Wait until the viewer shows all that it was given: until two pictures are the same."""
+    before, end = b"", time.monotonic() + _START_TIME
+    while (now := client.take_screenshot()) != before:
+        if time.monotonic() > end:
+            raise CliError(f"the viewer still loads after {_START_TIME:g} s; export fewer at once")
+        before = now
 
 
 def _write_pictures(target: Path, frames: Iterator[bytes]) -> Path:
