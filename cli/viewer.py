@@ -103,17 +103,28 @@ def headless_viewer() -> Iterator[str]:
 
 @contextmanager
 def _server(arguments: Sequence[str], port: int) -> Iterator[subprocess.Popen[bytes]]:
-    # A group of its own: the program is a script that starts the server as a child.
-    server = subprocess.Popen(
-        [str(rerun_program()), *arguments], env=_quiet(), start_new_session=True
-    )
+    with _unwound_by_sigterm():
+        # A group of its own: the program is a script that starts the server as a child.
+        server = subprocess.Popen(
+            [str(rerun_program()), *arguments], env=_quiet(), start_new_session=True
+        )
+        try:
+            _wait_for(server, port)
+            yield server
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(server.pid, signal.SIGTERM)
+            server.wait()
+
+
+@contextmanager
+def _unwound_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM end the `with` block as Ctrl-C does: by itself Python leaves children behind."""
+    before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     try:
-        _wait_for(server, port)
-        yield server
+        yield
     finally:
-        with suppress(ProcessLookupError):
-            os.killpg(server.pid, signal.SIGTERM)
-        server.wait()
+        signal.signal(signal.SIGTERM, before)
 
 
 def _wait_for(server: subprocess.Popen[bytes], port: int) -> None:

@@ -1,5 +1,6 @@
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import time
@@ -70,6 +71,14 @@ def is_listening(port):
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
+def assert_ends(viewer):
+    assert viewer.process.poll() is not None
+    deadline = time.monotonic() + 10.0
+    while is_listening(viewer.ports[0]) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(map(is_listening, viewer.ports))
+
+
 def test_web_viewer_answers_on_this_machine_only_and_ends(recording):
     with web_viewer([recording]) as viewer:
         assert viewer.url.startswith("http://127.0.0.1:")
@@ -80,11 +89,21 @@ def test_web_viewer_answers_on_this_machine_only_and_ends(recording):
         for port in viewer.ports:
             bound = {address for address in listening if address.endswith(f":{port:04X}")}
             assert bound == {f"0100007F:{port:04X}"}  # 127.0.0.1
-    assert viewer.process.poll() is not None
-    deadline = time.monotonic() + 10.0
-    while is_listening(viewer.ports[0]) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert not any(map(is_listening, viewer.ports))
+    assert_ends(viewer)
+
+
+def be_terminated():
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(10.0)  # SystemExit comes before
+
+
+def test_a_terminated_program_leaves_no_viewer(recording):
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(SystemExit) as ended, web_viewer([recording]) as viewer:
+        be_terminated()
+    assert ended.value.code == 143
+    assert_ends(viewer)
+    assert signal.getsignal(signal.SIGTERM) == before
 
 
 @pytest.mark.parametrize(("display", "args"), [("", []), (":0", ["--web"])])
