@@ -75,21 +75,42 @@ def draw(axis: Axes, files: list[Path], name: str, colour: str, label: str) -> N
     axis.plot([steps[-1]] * len(finals), finals, "x", color=colour)
 
 
+def collisions(final: pa.Table) -> int:
+    """How many episodes ended by one."""
+    return int(final["failure"].to_pylist().count("collision"))
+
+
 def row(algorithm: str, file: Path) -> str:
     """Line of the table."""
     final, (_, trained) = final_episodes(file), episodes(file, "success")
     success, n = np.array(final["success"]), final.num_rows
-    hits = sum(value == "collision" for value in final["failure"].to_pylist())
     rate = share(int(success.sum()), n)
     training_hits = episodes(file, "collision")[1]
     cells = [
         f"{algorithm}, {file.stem.rsplit('_', 1)[1]}",
         f"{int(success.sum())} of {n}, {rate}",
-        str(hits),
+        str(collisions(final)),
         f"{np.array(final['return'], dtype=float).mean():.1f}",
         f"{100 * trained.mean():.0f} % / {100 * training_hits.mean():.1f} % of {len(trained)}",
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def total(algorithm: str, files: list[Path]) -> str:
+    """Line of all runs of an algorithm: goals with Wilson's interval, return with a bootstrap's."""
+    finals = [final_episodes(file) for file in files]
+    success = np.concatenate([np.array(final["success"]) for final in finals])
+    returns = np.stack([np.array(final["return"], dtype=float) for final in finals])
+    (low,), (high,) = bootstrap_interval(returns[None], mean, np.random.default_rng(0))
+    reached = int(success.sum())
+    rate = share(reached, len(success))
+    cells = [
+        f"{algorithm}, {len(files)} seeds",
+        f"{reached} of {len(success)}, {rate}",
+        str(sum(map(collisions, finals))),
+        f"{returns.mean():.1f} [{low:.1f}, {high:.1f}]",
+    ]
+    return f"| {' | '.join(cells)} | |"
 
 
 def main() -> None:
@@ -108,7 +129,7 @@ def main() -> None:
     axes[1].set_xlabel("correction")
     figure.savefig(arguments.out, dpi=120)
     for algorithm, files in runs.items():
-        print("\n".join(row(algorithm, file) for file in files))
+        print("\n".join([*(row(algorithm, file) for file in files), total(algorithm, files)]))
 
 
 if __name__ == "__main__":
