@@ -18,8 +18,17 @@ def run(function, jobs, workers=2):
 def test_every_job_is_run(jobs, workers):
     found = run(jobs.square, [5, 6, 7], workers)
     assert [outcome.result[0] for outcome in found] == [25, 36, 49]
-    assert {outcome.result[1] for outcome in found} == {"1"}  # threads
     assert not any(outcome.error for outcome in found)
+
+
+@pytest.mark.parametrize("own", [None, "4"])
+def test_numerical_libraries_of_several_workers_have_one_thread_each(jobs, monkeypatch, own):
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    if own:
+        monkeypatch.setenv("OMP_NUM_THREADS", own)
+    found = run(jobs.square, [5, 6, 7], workers=2)
+    assert {outcome.result[1] for outcome in found} == {"1"}
+    assert os.environ.get("OMP_NUM_THREADS") == own
 
 
 @pytest.mark.parametrize("workers", [1, 2])
