@@ -80,15 +80,19 @@ def collisions(final: pa.Table) -> int:
     return int(final["failure"].to_pylist().count("collision"))
 
 
+def goals(finals: list[pa.Table]) -> str:
+    """How many episodes reached the goal, with Wilson's interval."""
+    successes = [reached for final in finals for reached in final["success"].to_pylist()]
+    return f"{sum(successes)} of {len(successes)}, {share(sum(successes), len(successes))}"
+
+
 def row(algorithm: str, file: Path) -> str:
     """Line of the table."""
     final, (_, trained) = final_episodes(file), episodes(file, "success")
-    success, n = np.array(final["success"]), final.num_rows
-    rate = share(int(success.sum()), n)
     training_hits = episodes(file, "collision")[1]
     cells = [
         f"{algorithm}, {file.stem.rsplit('_', 1)[1]}",
-        f"{int(success.sum())} of {n}, {rate}",
+        goals([final]),
         str(collisions(final)),
         f"{np.array(final['return'], dtype=float).mean():.1f}",
         f"{100 * trained.mean():.0f} % / {100 * training_hits.mean():.1f} % of {len(trained)}",
@@ -97,16 +101,13 @@ def row(algorithm: str, file: Path) -> str:
 
 
 def total(algorithm: str, files: list[Path]) -> str:
-    """Line of all runs of an algorithm: goals with Wilson's interval, return with a bootstrap's."""
+    """Line of several runs of an algorithm, its return with a bootstrap interval over seeds."""
     finals = [final_episodes(file) for file in files]
-    success = np.concatenate([np.array(final["success"]) for final in finals])
     returns = np.stack([np.array(final["return"], dtype=float) for final in finals])
     (low,), (high,) = bootstrap_interval(returns[None], mean, np.random.default_rng(0))
-    reached = int(success.sum())
-    rate = share(reached, len(success))
     cells = [
         f"{algorithm}, {len(files)} seeds",
-        f"{reached} of {len(success)}, {rate}",
+        goals(finals),
         str(sum(map(collisions, finals))),
         f"{returns.mean():.1f} [{low:.1f}, {high:.1f}]",
     ]
@@ -129,7 +130,9 @@ def main() -> None:
     axes[1].set_xlabel("correction")
     figure.savefig(arguments.out, dpi=120)
     for algorithm, files in runs.items():
-        print("\n".join([*(row(algorithm, file) for file in files), total(algorithm, files)]))
+        print("\n".join(row(algorithm, file) for file in files))
+        if len(files) > 1:
+            print(total(algorithm, files))
 
 
 if __name__ == "__main__":
