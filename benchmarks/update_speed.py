@@ -5,7 +5,7 @@ is the arithmetic of our step over the measured rate of a matrix product of its 
 are not installed are skipped with a note: SBX (`pip install sbx-rl`) and the fork of SB3 by the
 authors of DSAC.
 
-    python benchmarks/update_speed.py [--rounds 15] [--precision medium] [--out FILE]
+    python benchmarks/update_speed.py [--rounds 15] [--precision medium] [--compile] [--out FILE]
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ RIVALS = {
     "sbx_sac": "sbx:SAC",
     "sb3_fork_dsac_t": "stable_baselines3.dsact:DSACT",
 }
-# Those that `--precision` is for; all others keep PyTorch's default.
+# Those that `--precision` and `--compile` are for; all others stay as they are by default.
 OURS = ("bayes_dsac", "dsac_t", "redq")
 VECTORS = spaces.Box(-1, 1, (60,))
 DEPTH = spaces.Dict(
@@ -113,7 +113,7 @@ def peer_versions() -> dict[str, str]:
     return found
 
 
-def make(cls: type[Any], case: Case) -> Any:
+def make(cls: type[Any], case: Case, **options: Any) -> Any:
     """A model with a buffer full of random transitions and a silent logger."""
     depth = isinstance(case.observations, spaces.Dict)
     kwargs: dict[str, Any] = {"net_arch": [256, 256]}
@@ -129,6 +129,7 @@ def make(cls: type[Any], case: Case) -> Any:
         learning_starts=0,
         seed=SEED,
         device="cpu",
+        **options,
     )
     fill(model.replay_buffer, np.random.default_rng(SEED))
     model.set_logger(configure(None, []))
@@ -154,14 +155,20 @@ def milliseconds(work: Callable[[], object], steps: int) -> float:
     return 1e3 * (time.process_time() - begin) / steps
 
 
-def compare(case: Case, rounds: int, calls: int, precision: str) -> dict[str, Any]:
+def compare(
+    case: Case, rounds: int, calls: int, precision: str, options: dict[str, Any]
+) -> dict[str, Any]:
     """Milliseconds of a gradient step of each rival, and ratios to SAC within a round.
 
     `precision` is that of the products of our own algorithms, for torch's
-    `set_float32_matmul_precision`.
+    `set_float32_matmul_precision`; `options` are arguments of their constructors.
     """
     classes = {name: load(RIVALS[name]) for name in case.rivals}
-    models = {name: make(cls, case) for name, cls in classes.items() if cls}
+    models = {
+        name: make(cls, case, **(options if name in OURS else {}))
+        for name, cls in classes.items()
+        if cls
+    }
     steps = calls * case.replay_ratio
 
     def work(name: str) -> None:
@@ -207,6 +214,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--precision", default="highest", choices=["highest", "medium"])
+    parser.add_argument("--compile", action="store_true", help="ours with compile_updates=True")
     parser.add_argument("--cases", nargs="*", default=list(CASES), choices=CASES)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/update_speed.json"))
     arguments = parser.parse_args()
@@ -219,13 +227,15 @@ def main() -> None:
         "seed": SEED,
         "rounds": arguments.rounds,
         "precision": arguments.precision,
+        "compile_updates": arguments.compile,
         "matrix_gflop_s": rate / 1e9,
         "cases": {},
     }
     for name in arguments.cases:
         case = CASES[name]
         calls = max(1, 20 // case.replay_ratio)
-        rows = compare(case, arguments.rounds, calls, arguments.precision)
+        options = {"compile_updates": True} if arguments.compile else {}
+        rows = compare(case, arguments.rounds, calls, arguments.precision, options)
         rows |= floor(case, rate)
         rows["bayes_dsac_over_floor"] = rows["median_ms"]["bayes_dsac"] / rows["floor_ms"]
         result["cases"][name] = rows

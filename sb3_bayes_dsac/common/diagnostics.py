@@ -5,10 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from itertools import islice
 from statistics import fmean
+from typing import NamedTuple
 
 import torch as th
 
-Report = Callable[[], Mapping[str, th.Tensor]]
+Report = Callable[..., Mapping[str, th.Tensor]]
+
+
+class Note(NamedTuple):
+    """A report that nobody has asked for yet.
+
+    Attributes:
+        report: Gives scalars, or vectors of one number a critic, by name.
+        tensors: What it is given.
+    """
+
+    report: Report
+    tensors: tuple[th.Tensor, ...]
 
 
 class Diagnostics:
@@ -16,28 +29,33 @@ class Diagnostics:
 
     SB3's logger shows the last gradient step before it writes; what the steps before it would have
     said is never computed.
+
+    Attributes:
+        notes: The newest of each topic.
     """
 
     def __init__(self) -> None:
-        self._reports: dict[str, Report] = {}
+        self.notes: dict[str, Note] = {}
 
-    def note(self, topic: str, report: Report) -> None:
-        """Replace the report of a topic.
+    def note(self, topic: str, report: Report, *tensors: th.Tensor) -> None:
+        """Replace the note of a topic.
 
         Args:
             topic: What the report is about.
-            report: Gives scalars, or vectors of one number a critic, by name. They are read after
-                the step; tensors in it must not change or hold a graph.
+            report: Gives scalars, or vectors of one number a critic, by name.
+            tensors: Its arguments. They are read after the step, so they must not change.
         """
-        self._reports[topic] = report
+        self.notes[topic] = Note(report, tuple(tensor.detach() for tensor in tensors))
 
     def read(self) -> dict[str, float]:
         """All numbers by name, and forget them.
 
         A vector gives its mean and its elements, as name_1, name_2.
         """
-        tensors = {k: v for report in self._reports.values() for k, v in report().items()}
-        self._reports = {}
+        tensors = {
+            k: v for note in self.notes.values() for k, v in note.report(*note.tensors).items()
+        }
+        self.notes = {}
         if not tensors:
             return {}
         # One transfer for all: a number at a time costs more than the arithmetic behind it.

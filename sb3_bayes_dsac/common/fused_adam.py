@@ -43,7 +43,8 @@ class FusedAdam(th.optim.Adam):
 
 def _update(group: dict[str, Any], *tensors: list[th.Tensor]) -> None:
     """One step of the weights of a group, by its options."""
-    th._foreach_add_(tensors[-1], 1)
+    # A number would become a tensor once for each weight.
+    th._foreach_add_(tensors[-1], th.ones_like(tensors[-1][0]), alpha=1.0)
     kernel = th._fused_adamw_ if group["decoupled_weight_decay"] else th._fused_adam_
     kernel(
         *tensors,

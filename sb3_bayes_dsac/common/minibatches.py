@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
 import torch as th
@@ -33,10 +33,10 @@ def minibatches(
     batch_bytes = 2 * batch_size * bytes_of(buffer.observation_space)
     at_once = max(1, SAMPLE_BYTES // batch_bytes)
     for first in range(0, n, at_once):
-        n_here = min(at_once, n - first)
-        samples = buffer.sample(batch_size * n_here, env=env)
-        for k in range(n_here):
-            yield take(samples, slice(k * batch_size, (k + 1) * batch_size))
+        samples = buffer.sample(batch_size * min(at_once, n - first), env=env)
+        parts = (th.split(tensor, batch_size) for tensor in tensors_of(samples))
+        for tensors in zip(*parts, strict=True):
+            yield with_tensors(samples, tensors)
 
 
 def bytes_of(space: spaces.Space[Any]) -> int:
@@ -53,14 +53,23 @@ def _array_bytes(space: spaces.Space[Any]) -> int:
     return size * (space.dtype.itemsize if space.dtype is not None else 1)
 
 
-def take(
-    samples: ReplayBufferSamples | DictReplayBufferSamples, rows: slice
+def tensors_of(samples: ReplayBufferSamples | DictReplayBufferSamples) -> list[th.Tensor]:
+    """All tensors of a sample."""
+    tensors: list[th.Tensor | None] = []
+    for part in samples:
+        tensors.extend(part.values() if isinstance(part, dict) else [part])
+    return [tensor for tensor in tensors if tensor is not None]
+
+
+def with_tensors(
+    samples: ReplayBufferSamples | DictReplayBufferSamples, tensors: Iterable[th.Tensor]
 ) -> ReplayBufferSamples | DictReplayBufferSamples:
-    """Some rows of all tensors of a sample, without copying."""
+    """A sample with other tensors, in the order of `tensors_of`."""
+    others = iter(tensors)
 
-    def cut(part: Any) -> Any:
+    def replace(part: Any) -> Any:
         if isinstance(part, dict):
-            return {key: tensor[rows] for key, tensor in part.items()}
-        return part[rows] if isinstance(part, th.Tensor) else part
+            return {key: next(others) for key in part}
+        return None if part is None else next(others)
 
-    return type(samples)(*map(cut, samples))
+    return type(samples)(*map(replace, samples))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar, Self, TypeAlias
 
 import torch as th
@@ -21,6 +23,7 @@ from stable_baselines3.common.type_aliases import (
 from stable_baselines3.common.utils import update_learning_rate
 
 from sb3_bayes_dsac.common.actors import Actor
+from sb3_bayes_dsac.common.compiled import Compiled, Differentiated, require_compilable
 from sb3_bayes_dsac.common.critics import EnsembleCritics
 from sb3_bayes_dsac.common.diagnostics import Diagnostics
 from sb3_bayes_dsac.common.fused_adam import FusedAdam
@@ -33,12 +36,10 @@ from sb3_bayes_dsac.errors import UnsupportedSpaceError, require_count
 Batch: TypeAlias = ReplayBufferSamples | DictReplayBufferSamples
 
 
-def forget_gradients(optimizers: list[th.optim.Optimizer]) -> None:
-    """What `zero_grad` of each does, at a tenth of its cost: it has hooks that nobody uses."""
-    for optimizer in optimizers:
-        for group in optimizer.param_groups:
-            for weight in group["params"]:
-                weight.grad = None
+def weights_of(optimizers: list[th.optim.Optimizer]) -> list[th.Tensor]:
+    """What some optimisers move, in order; frozen weights are left out."""
+    groups = [group for optimizer in optimizers for group in optimizer.param_groups]
+    return [weight for group in groups for weight in group["params"] if weight.requires_grad]
 
 
 class SoftActorCritic(OffPolicyAlgorithm):
@@ -52,6 +53,10 @@ class SoftActorCritic(OffPolicyAlgorithm):
         env: Environment or its registered name.
         policy_delay: Gradient steps per update of actor and entropy coefficient; each subclass
             says how it counts them.
+        compile_updates: Whether losses and gradients are compiled by Inductor. It needs a C++
+            compiler and half a minute when training begins, and takes a quarter off a step with
+            vectors; numbers differ by rounding. What `train` reads besides weights, statistics and
+            batches (gamma, tau, the target entropy) counts as it is when training begins.
 
     Raises:
         ArgumentError: An argument that cannot work, with its name, value and cure.
@@ -85,6 +90,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
         ent_coef: str | float = "auto",
         policy_delay: int = 2,
         target_entropy: str | float = "auto",
+        compile_updates: bool = False,
         use_sde: bool = False,
         sde_sample_freq: int = -1,
         use_sde_at_warmup: bool = False,
@@ -126,6 +132,8 @@ class SoftActorCritic(OffPolicyAlgorithm):
         self.ent_coef = ent_coef
         self.policy_delay = policy_delay
         self.target_entropy = target_entropy
+        self.compile_updates = compile_updates
+        self._compiled: dict[tuple[bool, int], Compiled] = {}
         self._diagnostics = Diagnostics()
         if _init_setup_model:
             self._setup_model()
@@ -137,6 +145,8 @@ class SoftActorCritic(OffPolicyAlgorithm):
             raise UnsupportedSpaceError("action_space", self.action_space, cure)
         require_count("policy_delay", self.policy_delay)
         require_count("batch_size", self.batch_size)
+        if self.compile_updates:
+            require_compilable(use_sde=self.use_sde)
         temperature = parse_temperature(self.ent_coef)
         self.target_entropy = parse_target_entropy(self.target_entropy, self.action_space)
         super()._setup_model()
@@ -162,10 +172,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
                 encoder has any, have seen the batch.
         """
         self.policy.set_training_mode(True)
-        optimizers = [self.critic.optimizer, self.actor.optimizer]
-        if self.ent_coef_optimizer is not None:
-            optimizers.append(self.ent_coef_optimizer)
-        self._update_learning_rate(optimizers)
+        self._update_learning_rate(self._optimizers(update_actor=True))
         assert self.replay_buffer is not None
         batches = minibatches(
             self.replay_buffer, batch_size, gradient_steps, self._vec_normalize_env
@@ -176,25 +183,54 @@ class SoftActorCritic(OffPolicyAlgorithm):
             update_actor = self._actor_is_due(steps_left)
             self._resample_noise()
 
-            # One pass of the online encoder, (B, features_dim), serves all losses of this step.
-            features = self.critic.encode(batch.observations)
-            critic_features = self.policy.critic_features(features)
-            losses = {"critic_loss": self._critic_loss(critic_features, batch)}
-            if update_actor:
-                losses |= self._actor_losses(features, batch)
+            losses, gradients = self._function_of(batch, update_actor=update_actor)(batch)
             check_losses(losses, batch, self._n_updates)
 
-            # All gradients come from the weights before the step, in one backward pass. No weight
-            # belongs to two losses, except an encoder that is meant to learn from both.
-            due = optimizers if update_actor else optimizers[:1]
-            forget_gradients(due)
-            th.autograd.backward(th.stack(list(losses.values())).sum())
+            due = self._optimizers(update_actor=update_actor)
+            for weight, gradient in zip(weights_of(due), gradients, strict=True):
+                weight.grad = gradient
             for optimizer in due:
                 optimizer.step()
             if update_actor or not self.delays_targets:
                 self.policy.update_targets(self.tau)
 
         self._logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
+
+    def _optimizers(self, *, update_actor: bool) -> list[th.optim.Optimizer]:
+        """Those that a gradient step uses."""
+        if not update_actor:
+            return [self.critic.optimizer]
+        temperature = [self.ent_coef_optimizer] if self.ent_coef_optimizer is not None else []
+        return [self.critic.optimizer, self.actor.optimizer, *temperature]
+
+    def _function_of(
+        self, batch: Batch, *, update_actor: bool
+    ) -> Callable[[Batch], Differentiated]:
+        """`_differentiate` as it is or compiled, for this kind of step and this size of batch."""
+        differentiate = partial(self._differentiate, update_actor=update_actor)
+        if not self.compile_updates:
+            return differentiate
+        kind = (update_actor, len(batch.rewards))
+        if kind not in self._compiled:
+            self._compiled[kind] = Compiled(differentiate, self._diagnostics)
+        return self._compiled[kind]
+
+    def _differentiate(self, batch: Batch, *, update_actor: bool) -> Differentiated:
+        """Losses of a batch, and the gradients of all weights that the step moves.
+
+        All gradients come from the weights before the step, in one backward pass. No weight
+        belongs to two losses, except an encoder that is meant to learn from both.
+        """
+        # One pass of the online encoder, (B, features_dim), serves all losses of this step.
+        features = self.critic.encode(batch.observations)
+        losses = {"critic_loss": self._critic_loss(self.policy.critic_features(features), batch)}
+        if update_actor:
+            losses |= self._actor_losses(features, batch)
+        weights = weights_of(self._optimizers(update_actor=update_actor))
+        total = th.stack(list(losses.values())).sum()
+        gradients = th.autograd.grad(total, weights, allow_unused=True)
+        # Fused optimisers read memory in the order of the weights.
+        return Differentiated(losses, [g if g is None else g.contiguous() for g in gradients])
 
     @property
     def logger(self) -> Logger:
@@ -262,8 +298,11 @@ class SoftActorCritic(OffPolicyAlgorithm):
         if self.ent_coef_optimizer is not None:
             surprise = log_prob.detach().mean() + float(self.target_entropy)
             losses["ent_coef_loss"] = -(self.log_ent_coef * surprise).squeeze()
-        report = {name: loss.detach() for name, loss in losses.items()}
-        self._diagnostics.note("actor", lambda: report | {"ent_coef": ent_coef.squeeze()})
+        report = losses | {"ent_coef": ent_coef.squeeze()}
+        names = list(report)
+        self._diagnostics.note(
+            "actor", lambda *values: dict(zip(names, values, strict=True)), *report.values()
+        )
         return losses
 
     def learn(
@@ -287,7 +326,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
 
     def _excluded_save_params(self) -> list[str]:
         """Attributes that come back with the policy, or not at all."""
-        own = ("actor", "critic", "critic_target", "_diagnostics")
+        own = ("actor", "critic", "critic_target", "_diagnostics", "_compiled")
         return [*super()._excluded_save_params(), *own]
 
     def _get_torch_save_params(self) -> tuple[list[str], list[str]]:

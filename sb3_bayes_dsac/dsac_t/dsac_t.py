@@ -119,20 +119,23 @@ class DSACT(SoftActorCritic):
         means, stds = self.critic.evaluate(features, batch.actions)
         track_mean_std(self.mean_std, stds, self.tau)
         loss = critic_loss(means, stds, target, self.mean_std)
-        q, sigma = means.detach(), stds.detach()
-        self._diagnostics.note(
-            "critics",
-            lambda: {
-                "critic_loss": negative_log_likelihood(q, sigma, target).sum(),
-                "q_mean": q.mean(dim=1),
-                "q_gap": (q.amax(dim=0) - q.amin(dim=0)).mean(),
-                "sigma_mean": sigma.mean(dim=1),
-                "sigma_fused": fused.std.mean(),
-                "fusion_weight_entropy": weight_entropy(fused.weights),
-                "clipped_share": clipped_share(q, target, self.mean_std),
-            },
-        )
+        self._diagnostics.note("critics", self._report, means, stds, *fused, *target)
         return loss
+
+    def _report(
+        self, q: th.Tensor, sigma: th.Tensor, *fused_and_target: th.Tensor
+    ) -> dict[str, th.Tensor]:
+        """What the logger says of the critics."""
+        fused, target = Fused(*fused_and_target[:3]), Target(*fused_and_target[3:])
+        return {
+            "critic_loss": negative_log_likelihood(q, sigma, target).sum(),
+            "q_mean": q.mean(dim=1),
+            "q_gap": (q.amax(dim=0) - q.amin(dim=0)).mean(),
+            "sigma_mean": sigma.mean(dim=1),
+            "sigma_fused": fused.std.mean(),
+            "fusion_weight_entropy": weight_entropy(fused.weights),
+            "clipped_share": clipped_share(q, target, self.mean_std),
+        }
 
     @th.no_grad()
     def _target(self, batch: Batch) -> tuple[Fused, Target]:

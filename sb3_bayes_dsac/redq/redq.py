@@ -85,16 +85,14 @@ class REDQ(SoftActorCritic):
         """Squared error of each critic: mean over the batch, sum over the critics."""
         values = self.critic.evaluate(features, batch.actions)
         loss = (values - self._target(batch)).square().mean(dim=1).sum()
-        q, value = values.detach(), loss.detach()
-        self._diagnostics.note(
-            "critics",
-            lambda: {
-                "critic_loss": value,
-                "q_mean": q.mean(dim=1),
-                "q_gap": (q.amax(dim=0) - q.amin(dim=0)).mean(),
-            },
-        )
+        self._diagnostics.note("critics", self._report, values, loss)
         return loss
+
+    @staticmethod
+    def _report(q: th.Tensor, loss: th.Tensor) -> dict[str, th.Tensor]:
+        """What the logger says of the critics."""
+        gap = q.amax(dim=0) - q.amin(dim=0)
+        return {"critic_loss": loss, "q_mean": q.mean(dim=1), "q_gap": gap.mean()}
 
     @th.no_grad()
     def _target(self, batch: Batch) -> th.Tensor:
