@@ -43,9 +43,10 @@ class Diagnostics:
         Args:
             topic: What the report is about.
             report: Gives scalars, or vectors of one number a critic, by name.
-            tensors: Its arguments. They are read after the step, so they must not change.
+            tensors: Its arguments. They are read after the step, so they must not change or hold a
+                graph.
         """
-        self.notes[topic] = Note(report, tuple(tensor.detach() for tensor in tensors))
+        self.notes[topic] = Note(report, tensors)
 
     def read(self) -> dict[str, float]:
         """All numbers by name, and forget them.

@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterator, Mapping
 
 import torch as th
-from stable_baselines3.common.type_aliases import DictReplayBufferSamples, ReplayBufferSamples
 
+from sb3_bayes_dsac.common.minibatches import Batch
 from sb3_bayes_dsac.errors import NotFiniteError
 
 
 def check_losses(
     losses: Mapping[str, th.Tensor],
-    batch: ReplayBufferSamples | DictReplayBufferSamples,
+    batch: Batch,
     step: int,
 ) -> None:
     """Look at each loss; only if one is bad, look for the cause in the batch.
@@ -43,7 +43,7 @@ def check_losses(
 
 
 def _parts(
-    batch: ReplayBufferSamples | DictReplayBufferSamples,
+    batch: Batch,
 ) -> Iterator[tuple[str, th.Tensor]]:
     """All tensors of a batch by name."""
     for name, part in batch._asdict().items():

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import torch as th
 from gymnasium import spaces
 from stable_baselines3.common.buffers import BaseBuffer
 from stable_baselines3.common.type_aliases import DictReplayBufferSamples, ReplayBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize
+
+Batch: TypeAlias = ReplayBufferSamples | DictReplayBufferSamples
 
 # Bytes of observations that are sampled at once. One call for many batches saves overhead, but
 # beyond the second-level cache it only moves memory twice.
@@ -18,7 +20,7 @@ SAMPLE_BYTES: Final = 4_000_000
 
 def minibatches(
     buffer: BaseBuffer, batch_size: int, n: int, env: VecNormalize | None
-) -> Iterator[ReplayBufferSamples | DictReplayBufferSamples]:
+) -> Iterator[Batch]:
     """Yield n batches of a replay buffer.
 
     Args:
@@ -53,7 +55,7 @@ def _array_bytes(space: spaces.Space[Any]) -> int:
     return size * (space.dtype.itemsize if space.dtype is not None else 1)
 
 
-def tensors_of(samples: ReplayBufferSamples | DictReplayBufferSamples) -> list[th.Tensor]:
+def tensors_of(samples: Batch) -> list[th.Tensor]:
     """All tensors of a sample."""
     tensors: list[th.Tensor | None] = []
     for part in samples:
@@ -61,9 +63,7 @@ def tensors_of(samples: ReplayBufferSamples | DictReplayBufferSamples) -> list[t
     return [tensor for tensor in tensors if tensor is not None]
 
 
-def with_tensors(
-    samples: ReplayBufferSamples | DictReplayBufferSamples, tensors: Iterable[th.Tensor]
-) -> ReplayBufferSamples | DictReplayBufferSamples:
+def with_tensors(samples: Batch, tensors: Iterable[th.Tensor]) -> Batch:
     """A sample with other tensors, in the order of `tensors_of`."""
     others = iter(tensors)
 

@@ -18,7 +18,8 @@ from sb3_bayes_dsac.common.losses import (
     negative_log_likelihood,
     track_mean_std,
 )
-from sb3_bayes_dsac.common.soft_actor_critic import Batch, SoftActorCritic
+from sb3_bayes_dsac.common.minibatches import Batch
+from sb3_bayes_dsac.common.soft_actor_critic import SoftActorCritic
 from sb3_bayes_dsac.dsac_t.policies import CnnPolicy, DSACPolicy, MlpPolicy, MultiInputPolicy
 from sb3_bayes_dsac.errors import choose
 
@@ -119,7 +120,8 @@ class DSACT(SoftActorCritic):
         means, stds = self.critic.evaluate(features, batch.actions)
         track_mean_std(self.mean_std, stds, self.tau)
         loss = critic_loss(means, stds, target, self.mean_std)
-        self._diagnostics.note("critics", self._report, means, stds, *fused, *target)
+        q, sigma = means.detach(), stds.detach()
+        self._diagnostics.note("critics", self._report, q, sigma, *fused, *target)
         return loss
 
     def _report(

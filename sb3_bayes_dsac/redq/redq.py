@@ -8,7 +8,8 @@ import torch as th
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 
-from sb3_bayes_dsac.common.soft_actor_critic import Batch, SoftActorCritic
+from sb3_bayes_dsac.common.minibatches import Batch
+from sb3_bayes_dsac.common.soft_actor_critic import SoftActorCritic
 from sb3_bayes_dsac.errors import ArgumentError, require_count
 from sb3_bayes_dsac.redq.critics import MeanCritics
 from sb3_bayes_dsac.redq.policies import CnnPolicy, MlpPolicy, MultiInputPolicy, REDQPolicy
@@ -85,7 +86,7 @@ class REDQ(SoftActorCritic):
         """Squared error of each critic: mean over the batch, sum over the critics."""
         values = self.critic.evaluate(features, batch.actions)
         loss = (values - self._target(batch)).square().mean(dim=1).sum()
-        self._diagnostics.note("critics", self._report, values, loss)
+        self._diagnostics.note("critics", self._report, values.detach(), loss.detach())
         return loss
 
     @staticmethod

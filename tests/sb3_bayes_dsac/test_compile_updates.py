@@ -47,11 +47,11 @@ def test_each_kind_of_step_and_size_of_batch_has_its_graph(
     model = make_model(BayesDSAC, compile_updates=True)
     fill(model, 60)
     small, large = (model.replay_buffer.sample(n) for n in (8, 16))
-    graph = model._function_of(small, update_actor=True)
+    graph = model._differentiation(small, update_actor=True)
     assert isinstance(graph, Compiled)
-    assert model._function_of(model.replay_buffer.sample(8), update_actor=True) is graph
-    assert model._function_of(large, update_actor=True) is not graph
-    assert model._function_of(small, update_actor=False) is not graph
+    assert model._differentiation(model.replay_buffer.sample(8), update_actor=True) is graph
+    assert model._differentiation(large, update_actor=True) is not graph
+    assert model._differentiation(small, update_actor=False) is not graph
 
 
 def test_the_first_call_counts_once(make_model: MakeModel, fill: Fill) -> None:
