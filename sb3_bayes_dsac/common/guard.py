@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import torch as th
 
-from sb3_bayes_dsac.common.minibatches import Batch
+from sb3_bayes_dsac.common.minibatches import Batch, named_tensors
 from sb3_bayes_dsac.errors import NotFiniteError
 
 
@@ -31,7 +31,7 @@ def check_losses(
     bad = [name for name, loss in losses.items() if not math.isfinite(loss.item())]
     if not bad:
         return
-    inputs = [name for name, part in _parts(batch) if not part.isfinite().all()]
+    inputs = [name for name, part in named_tensors(batch) if not part.isfinite().all()]
     cure = (
         "The environment or the replay buffer gave them; gymnasium's PassiveEnvChecker and SB3's "
         "VecCheckNan find where."
@@ -40,14 +40,3 @@ def check_losses(
         "down, or try layer_norm."
     )
     raise NotFiniteError([*inputs, *bad], step, cure)
-
-
-def _parts(
-    batch: Batch,
-) -> Iterator[tuple[str, th.Tensor]]:
-    """All tensors of a batch by name."""
-    for name, part in batch._asdict().items():
-        if isinstance(part, dict):
-            yield from ((f"{name}[{key!r}]", tensor) for key, tensor in part.items())
-        elif part is not None:
-            yield name, part

@@ -57,10 +57,16 @@ def _array_bytes(space: spaces.Space[Any]) -> int:
 
 def tensors_of(samples: Batch) -> list[th.Tensor]:
     """All tensors of a sample."""
-    tensors: list[th.Tensor | None] = []
-    for part in samples:
-        tensors.extend(part.values() if isinstance(part, dict) else [part])
-    return [tensor for tensor in tensors if tensor is not None]
+    return [tensor for _, tensor in named_tensors(samples)]
+
+
+def named_tensors(samples: Batch) -> Iterator[tuple[str, th.Tensor]]:
+    """All tensors of a sample by name."""
+    for name, part in samples._asdict().items():
+        if isinstance(part, dict):
+            yield from ((f"{name}[{key!r}]", tensor) for key, tensor in part.items())
+        elif part is not None:
+            yield name, part
 
 
 def with_tensors(samples: Batch, tensors: Iterable[th.Tensor]) -> Batch:
