@@ -6,9 +6,11 @@ import os
 import shutil
 from collections.abc import Callable
 from itertools import islice
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import torch as th
+from torch._inductor import compile as compile_graph
+from torch._ops import OpOverload
 from torch.fx.experimental.proxy_tensor import make_fx
 
 from sb3_bayes_dsac.common.diagnostics import Diagnostics, Note
@@ -35,6 +37,52 @@ def require_compilable(*, use_sde: bool) -> None:
         raise ArgumentError("compile_updates", True, cure)
 
 
+def _baddbmm(
+    bias: th.Tensor, x: th.Tensor, weight: th.Tensor, *, beta: float = 1, alpha: float = 1
+) -> th.Tensor:
+    """A product, then the bias, which the kernel of the activation adds in passing.
+
+    PyTorch's own operation copies the bias to each row of the result first.
+    """
+    return alpha * th.bmm(x, weight) + beta * bias
+
+
+def _addmm(bias: th.Tensor, x: th.Tensor, weight: th.Tensor, **scales: float) -> th.Tensor:
+    """As `_baddbmm`, whose batch of one keeps Inductor from making an `addmm` of it again."""
+    return _baddbmm(bias, x[None], weight[None], **scales)[0]
+
+
+def _mm(x: th.Tensor, weight: th.Tensor) -> th.Tensor:
+    """A product, as a batch of one for the same reason."""
+    return th.bmm(x[None], weight[None])[0]
+
+
+DECOMPOSITIONS: Final[dict[OpOverload[..., Any], Callable[..., th.Tensor]]] = {
+    th.ops.aten.mm.default: _mm,
+    th.ops.aten.baddbmm.default: _baddbmm,
+    th.ops.aten.addmm.default: _addmm,
+}
+
+
+def _lift_constants(module: th.fx.GraphModule) -> list[th.Tensor]:
+    """Make inputs, after its own, of the tensors that a graph refers to, and list them.
+
+    As constants, Inductor would read them once; as inputs, it sees each step of an optimiser and
+    may change statistics in place.
+    """
+    graph = module.graph
+    *_, last = graph.find_nodes(op="placeholder")
+    inputs: dict[str, th.fx.Node] = {}
+    for node in graph.find_nodes(op="get_attr"):
+        if node.target not in inputs:
+            with graph.inserting_after(last):
+                last = inputs[node.target] = graph.placeholder(node.target)
+        node.replace_all_uses_with(inputs[node.target])
+        graph.erase_node(node)
+    module.recompile()
+    return [getattr(module, name).detach() for name in inputs]
+
+
 class Compiled:
     """A function of batches of one shape that leaves gradients, without autograd.
 
@@ -58,6 +106,7 @@ class Compiled:
         self._weights = weights
         self._diagnostics = diagnostics
         self._graph: Callable[..., list[th.Tensor]] | None = None
+        self._constants: list[th.Tensor] = []
         self._losses: list[str] = []
         self._reached: list[th.Tensor] = []
         self._notes: dict[str, Note] = {}
@@ -66,8 +115,7 @@ class Compiled:
         """Losses of a batch; leaves their gradients."""
         if self._graph is None:
             return self._record(batch)
-        with th.no_grad():
-            results = iter(self._graph(*tensors_of(batch)))
+        results = iter(self._graph(*tensors_of(batch), *self._constants))
         losses = {name: next(results) for name in self._losses}
         for weight in self._reached:
             weight.grad = next(results)
@@ -83,15 +131,17 @@ class Compiled:
             computed.append(self._noted(with_tensors(batch, tensors)))
             return self._results(computed[0])
 
-        graph = make_fx(flat)(*tensors_of(batch))
+        recorded = make_fx(flat)(*tensors_of(batch))
+        self._constants = _lift_constants(recorded)
+        inputs = [*tensors_of(batch), *self._constants]
+        graph = make_fx(recorded, DECOMPOSITIONS, tracing_mode="fake")(*inputs)
         options: dict[str, Any] = {
             # The generator of PyTorch, so that a seed means the same with and without.
             "fallback_random": True,
             "cpp_wrapper": self._weights[0].device.type == "cpu",
-            # They ask in each call what cannot have changed: shapes, and the weights' properties.
-            "guard_filter_fn": th.compiler.skip_all_guards_unsafe,
         }
-        self._graph = th.compile(graph, dynamic=False, options=options)
+        with th.no_grad():
+            self._graph = compile_graph(graph, [*inputs], options)
         return computed[0]
 
     def _noted(self, batch: Batch) -> Losses:

@@ -14,7 +14,7 @@ from torch import nn
 from torch.func import functional_call
 
 from sb3_bayes_dsac.common.encoders import encode
-from sb3_bayes_dsac.common.ensemble import constant, ensemble_mlp
+from sb3_bayes_dsac.common.ensemble import constant, ensemble_mlp, with_constant_part
 from sb3_bayes_dsac.errors import require_count
 
 
@@ -82,7 +82,7 @@ class EnsembleCritics(BaseModel):
         """
         if frozen:
             with constant(self.ensemble):
-                return self.outputs(features, actions, frozen=False)
+                return with_constant_part(self.ensemble, features, actions)
         x = th.cat([features, actions], dim=1)
         outputs: th.Tensor = self.ensemble(x.expand(self.n_critics, -1, -1))
         return outputs

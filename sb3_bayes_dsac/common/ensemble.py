@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import torch as th
 from torch import nn
@@ -109,6 +109,34 @@ def ensemble_mlp(
         # The layer before it needs no output of its own for its gradient.
         layers.append(nn.ReLU(inplace=True) if activation_fn is nn.ReLU else activation_fn())
     return nn.Sequential(*layers, EnsembleHeads(n, sizes[-2], sizes[-1]))
+
+
+def with_constant_part(ensemble: nn.Sequential, fixed: th.Tensor, x: th.Tensor) -> th.Tensor:
+    """What `ensemble_mlp` makes of two parts side by side, if only the second has a gradient.
+
+    The first layer is a product for each part. That of `x` is as narrow as `x` in both directions;
+    one product of both would compute the gradient of all inputs and drop most of it.
+
+    Args:
+        ensemble: From `ensemble_mlp`, with weights that need no gradient.
+        fixed: First inputs, shape (B, k), without gradient.
+        x: The other inputs, shape (B, m).
+
+    Returns:
+        Outputs, shape (n, outputs, B).
+    """
+    first, *others = ensemble
+    if not isinstance(first, EnsembleLinear):
+        # Without hidden layers there is nothing to save.
+        both = th.cat([fixed, x], dim=1)
+        n = len(cast(EnsembleHeads, first).weight)
+        return cast(th.Tensor, ensemble(both.expand(n, -1, -1)))
+    by_fixed, by_x = th.split(first.weight, [fixed.shape[1], x.shape[1]], dim=1)
+    hidden = th.baddbmm(first.bias, fixed.expand(len(by_fixed), -1, -1), by_fixed)
+    hidden = th.baddbmm(hidden, x.expand(len(by_x), -1, -1), by_x)
+    for layer in others:
+        hidden = layer(hidden)
+    return hidden
 
 
 @contextmanager

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import torch as th
@@ -15,9 +17,17 @@ OBS = spaces.Box(-1, 1, (5,))
 ACTION = spaces.Box(-1, 1, (2,))
 
 
-def make(n_critics: int = 3, layer_norm: bool = False) -> GaussianCritics:
+def make(
+    n_critics: int = 3, layer_norm: bool = False, net_arch: tuple[int, ...] = (8, 6)
+) -> GaussianCritics:
     return GaussianCritics(
-        OBS, ACTION, [8, 6], FlattenExtractor(OBS), 5, n_critics=n_critics, layer_norm=layer_norm
+        OBS,
+        ACTION,
+        [*net_arch],
+        FlattenExtractor(OBS),
+        5,
+        n_critics=n_critics,
+        layer_norm=layer_norm,
     )
 
 
@@ -73,19 +83,21 @@ def test_weights_start_as_torch_draws_them(layer: type[EnsembleLinear | Ensemble
     assert not th.equal(ours.weight[0], ours.weight[1])
 
 
-def test_frozen_critics_pass_the_gradient_to_actions_alone() -> None:
-    critics = make()
+@pytest.mark.parametrize("options", [{}, {"layer_norm": True}, {"net_arch": ()}])
+def test_frozen_critics_pass_the_gradient_to_actions_alone(options: dict[str, Any]) -> None:
+    th.manual_seed(0)
+    critics = make(**options)
     features = th.randn(4, 5)
-    gradients = []
+    results = []
     for frozen in (False, True):
         actions = th.ones(4, 2, requires_grad=True)
         means, stds = critics.evaluate(features, actions, frozen=frozen)
         critics.zero_grad()
         th.autograd.backward((means * stds).sum())
         assert actions.grad is not None
-        gradients.append(actions.grad)
+        results.append((means, stds, actions.grad))
         assert all((weight.grad is None) == frozen for weight in critics.parameters())
-    th.testing.assert_close(*gradients)
+    th.testing.assert_close(*results)
 
 
 @pytest.mark.parametrize("out_features", [1, 2, 3])

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 import torch as th
+from torch.optim.optimizer import (
+    register_optimizer_step_post_hook,
+    register_optimizer_step_pre_hook,
+)
+from torch.utils.hooks import RemovableHandle
 
 from sb3_bayes_dsac.common.fused_adam import FusedAdam
 
@@ -83,3 +89,18 @@ def test_hooks_and_closure_are_called_once() -> None:
     optimizer.step(closure)
     assert calls == ["before", "closure", "after"]
     assert not th.equal(first, old)
+
+
+@pytest.mark.parametrize(
+    "register", [register_optimizer_step_pre_hook, register_optimizer_step_post_hook]
+)
+def test_hooks_of_all_optimisers_are_called(register: Callable[..., RemovableHandle]) -> None:
+    calls: list[th.optim.Optimizer] = []
+    handle = register(lambda optimizer, *_: calls.append(optimizer))
+    optimizer = FusedAdam(weights())
+    try:
+        descend(optimizer, 1)
+    finally:
+        handle.remove()
+    descend(optimizer, 2)
+    assert calls == [optimizer]
