@@ -134,6 +134,7 @@ class Compiled:
         recorded = make_fx(flat)(*tensors_of(batch))
         self._constants = _lift_constants(recorded)
         inputs = [*tensors_of(batch), *self._constants]
+        # Taken apart in a second pass, so that the first call has no rounding of its own.
         graph = make_fx(recorded, DECOMPOSITIONS, tracing_mode="fake")(*inputs)
         options: dict[str, Any] = {
             # The generator of PyTorch, so that a seed means the same with and without.
