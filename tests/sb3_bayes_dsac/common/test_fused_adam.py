@@ -23,13 +23,20 @@ def weights() -> list[th.nn.Parameter]:
     return [th.nn.Parameter(th.randn(shape)) for shape in SHAPES]
 
 
-def descend(optimizer: th.optim.Optimizer, seed: int) -> None:
-    """A step with random gradients; the last weight has none in the first step."""
+def descend(optimizer: th.optim.Optimizer, seed: int, dead: int = 0) -> None:
+    """A step with random gradients; the last weight has none in the first step.
+
+    Args:
+        optimizer: To step.
+        seed: Of the gradients.
+        dead: Rows of the first weight without gradient.
+    """
     generator = th.Generator().manual_seed(seed)
     for weight in optimizer.param_groups[0]["params"]:
         weight.grad = th.randn(weight.shape, generator=generator)
     if seed == 0:
         optimizer.param_groups[0]["params"][-1].grad = None
+    optimizer.param_groups[0]["params"][0].grad[:dead] = 0.0
     optimizer.step()
 
 
@@ -58,6 +65,28 @@ def test_weights_and_state_are_those_of_pytorch(options: dict[str, Any]) -> None
         assert all(
             th.equal(expected.state[a][key], actual.state[b][key]) for key in actual.state[b]
         )
+
+
+def has_subnormal_averages(optimizer: th.optim.Optimizer) -> bool:
+    averages = [
+        state[key] for state in optimizer.state.values() for key in ("exp_avg", "exp_avg_sq")
+    ]
+    smallest = th.finfo(th.float32).smallest_normal
+    return any(bool(((x != 0.0) & (x.abs() < smallest)).any()) for x in averages)
+
+
+def test_averages_without_gradients_become_zero_and_weights_stay_those_of_pytorch() -> None:
+    optimizers = [th.optim.Adam(weights(), fused=True), FusedAdam(weights())]
+    for optimizer in optimizers:
+        descend(optimizer, 1)
+        for seed in range(2, 1_500):
+            descend(optimizer, seed, dead=1)
+    expected, actual = (optimizer.param_groups[0]["params"] for optimizer in optimizers)
+    assert all(th.equal(a, b) for a, b in zip(expected, actual, strict=True))
+    assert [has_subnormal_averages(optimizer) for optimizer in optimizers] == [True, False]
+    averages = optimizers[1].state[actual[0]]["exp_avg"]
+    assert not averages[0].any()
+    assert averages[1].all()
 
 
 def test_state_moves_to_pytorchs_optimiser_and_back() -> None:
