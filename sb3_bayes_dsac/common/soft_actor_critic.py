@@ -56,7 +56,7 @@ class SoftActorCritic(OffPolicyAlgorithm):
         policy_delay: Gradient steps per update of actor and entropy coefficient; each subclass
             says how it counts them.
         compile_updates: Whether losses and gradients are compiled by Inductor. It needs a C++
-            compiler and half a minute when training begins, and takes a quarter off a step with
+            compiler and half a minute when training begins, and takes a third off a step with
             vectors; numbers differ by rounding. What `train` reads besides weights, statistics and
             batches (gamma, tau, the target entropy) counts as it is when training begins.
 
