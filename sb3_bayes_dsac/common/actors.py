@@ -60,7 +60,8 @@ class Actor(SACActor):
     def _mean_and_log_std(self, features: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
         """As `distribution_parameters` without gSDE, both heads by one product.
 
-        A product with so few columns costs as much as one with twice as many.
+        A product with so few columns costs as much as one with twice as many. Acting keeps one for
+        each, since other rounding would give trained policies other actions.
         """
         mean, log_std = cast(nn.Linear, self.mu), cast(nn.Linear, self.log_std)
         weight = th.cat([mean.weight, log_std.weight])

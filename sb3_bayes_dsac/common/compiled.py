@@ -80,7 +80,7 @@ def _lift_constants(module: th.fx.GraphModule) -> list[th.Tensor]:
         node.replace_all_uses_with(inputs[node.target])
         graph.erase_node(node)
     module.recompile()
-    return [getattr(module, name).detach() for name in inputs]
+    return [getattr(module, name) for name in inputs]
 
 
 class Compiled:
@@ -115,7 +115,8 @@ class Compiled:
         """Losses of a batch; leaves their gradients."""
         if self._graph is None:
             return self._record(batch)
-        results = iter(self._graph(*tensors_of(batch), *self._constants))
+        with th.no_grad():
+            results = iter(self._graph(*tensors_of(batch), *self._constants))
         losses = {name: next(results) for name in self._losses}
         for weight in self._reached:
             weight.grad = next(results)

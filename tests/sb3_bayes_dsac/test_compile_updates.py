@@ -65,6 +65,21 @@ def test_the_first_call_counts_once(make_model: MakeModel, fill: Fill) -> None:
     assert all(th.equal(x, y) for x, y in zip(state(model), state(plain), strict=True))
 
 
+def test_weights_are_those_of_the_moment(make_model: MakeModel, fill: Fill) -> None:
+    """Also when their memory is another one, as after `policy.to` another device."""
+    plain, model = (make_model(BayesDSAC, seed=0, compile_updates=c) for c in (False, True))
+    for each in (plain, model):
+        fill(each, 60)
+        np.random.seed(0)
+        th.manual_seed(0)
+        each.train(4, 8)
+        for weight in each.policy.parameters():
+            weight.data = weight.data / 2
+        each.train(4, 8)
+    for ours, reference in zip(state(model), state(plain), strict=True):
+        th.testing.assert_close(ours, reference, rtol=1e-4, atol=1e-5)
+
+
 def test_gsde_is_refused(make_model: MakeModel) -> None:
     with pytest.raises(ArgumentError, match=r"compile_updates=True: gSDE"):
         make_model(BayesDSAC, compile_updates=True, use_sde=True)
